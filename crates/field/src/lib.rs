@@ -1,0 +1,5 @@
+//! isoswarm-field: what a surface is.
+mod error;
+pub mod surface;
+pub use error::FieldError;
+pub use surface::{Aabb, Cells, Surface};

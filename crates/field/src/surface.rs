@@ -1,0 +1,97 @@
+//! What the particles need to know of a surface, and nothing more.
+
+use crate::FieldError;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Smallest corner.
+    pub lo: [f64; 3],
+    /// Largest corner.
+    pub hi: [f64; 3],
+}
+
+impl Aabb {
+    /// The box with the two corners.
+    pub fn new(lo: [f64; 3], hi: [f64; 3]) -> Self {
+        Self { lo, hi }
+    }
+
+    /// Length of the diagonal.
+    pub fn diagonal(&self) -> f64 {
+        (0..3).map(|a| (self.hi[a] - self.lo[a]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// The box grown by `margin` on every side.
+    pub fn grown(&self, margin: f64) -> Self {
+        Self { lo: self.lo.map(|v| v - margin), hi: self.hi.map(|v| v + margin) }
+    }
+
+    /// Whether the point lies in the closed box.
+    pub fn contains(&self, p: [f64; 3]) -> bool {
+        (0..3).all(|a| self.lo[a] <= p[a] && p[a] <= self.hi[a])
+    }
+
+    /// The smallest box around the points; `None` where there are none.
+    pub fn around(points: &[[f64; 3]]) -> Option<Self> {
+        let first = *points.first()?;
+        let mut b = Self { lo: first, hi: first };
+        for p in points {
+            for a in 0..3 {
+                b.lo[a] = b.lo[a].min(p[a]);
+                b.hi[a] = b.hi[a].max(p[a]);
+            }
+        }
+        Some(b)
+    }
+}
+
+/// A surface F(x) = 0 at fixed parameters, as the particles see it. F < 0 inside.
+///
+/// Points are always stored as `[f64; 3]`; where `axes()` is 2 the third coordinate is 0 and so is the third
+/// component of every gradient.
+pub trait Surface: Sync {
+    /// Number of coordinates that F depends on: 3 for surfaces in space, 2 for curves in the plane.
+    fn axes(&self) -> usize {
+        3
+    }
+
+    /// F and ∂F/∂x at each point. Values that are not finite are passed on as they are.
+    fn value_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) -> Result<(), FieldError>;
+
+    /// The second derivatives at each point, in the order xx, xy, xz, yy, yz, zz.
+    fn hessian(&self, points: &[[f64; 3]], hessian: &mut [[f64; 6]]) -> Result<(), FieldError>;
+
+    /// A faster equivalent of `self` for points that stay within `margin` of where `points` are now (points
+    /// beyond that are still evaluated correctly, only slower). `points` should be in a spatially coherent
+    /// order, and later calls should pass the same points in the same order. `None`: use `self`.
+    fn narrowed<'a>(
+        &'a self,
+        _points: &[[f64; 3]],
+        _margin: f64,
+    ) -> Result<Option<Box<dyn Surface + 'a>>, FieldError> {
+        Ok(None)
+    }
+
+    /// Boxes of side `side` or less which together contain every zero of F in `bounds`, found by interval
+    /// subdivision; at most about `most` of them (the side grows until they fit). `None` where the surface
+    /// has no intervals. The boxes come in a spatially coherent order, and `owner` evaluates in any of them fast.
+    fn cells(&self, _bounds: &Aabb, _side: f64, _most: usize) -> Option<Cells<'_>> {
+        None
+    }
+}
+
+/// The result of an interval search: see [`Surface::cells`].
+pub struct Cells<'a> {
+    /// The boxes that may contain zeros.
+    pub boxes: Vec<Aabb>,
+    /// Largest side of a box.
+    pub side: f64,
+    /// Evaluates points that lie in the boxes (given in the order of the boxes) with pruned tapes.
+    pub evaluate: Box<dyn Surface + 'a>,
+}
