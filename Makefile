@@ -1,0 +1,47 @@
+# The few commands a person types. Everything is set up on the way: see scripts/setup.
+.PHONY: demo test bench docs setup build lint test-rust test-python clean
+.DEFAULT_GOAL := help
+
+PY    := .venv/bin/python
+CARGO := cargo
+
+help:           ## this list
+	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed 's/:[^#]*## */\t/'
+
+setup:          ## check the tools, create .venv with the pinned Python packages
+	@scripts/setup
+
+build: setup    ## compile the core and install the Python package into .venv
+	@$(PY) -m maturin develop --release --locked --quiet
+
+demo: build     ## 100,000 even samples on the surface of a protein: report, PLY and PNG in build/demo
+	@mkdir -p build/demo
+	@PATH="$(CURDIR)/.venv/bin:$$PATH" $(PY) scripts/demo.py
+
+test: lint test-rust build test-python   ## everything that must pass
+	@echo "make test: all passed"
+
+lint: setup
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --all-targets --all-features --locked -- -D warnings
+	CLIPPY_CONF_DIR=scripts/determinism $(CARGO) clippy --lib -p isoswarm-field -p isoswarm-particles --locked -- -D warnings
+	$(PY) scripts/check_layers.py
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+
+test-rust: setup
+	$(CARGO) test --workspace --exclude isoswarm-python --features isoswarm-field/testkit --locked
+
+test-python: build
+	$(PY) -m pytest
+
+bench: build    ## the figures, side by side with peers
+	@$(MAKE) --no-print-directory -C benches
+
+docs: build     ## reference for Rust (target/doc) and Python (build/docs)
+	$(CARGO) doc --workspace --exclude isoswarm-python --no-deps --locked
+	$(PY) -m pdoc --math --docformat numpy --output-directory build/docs isoswarm
+
+clean:          ## remove what was built
+	rm -rf build .venv target
