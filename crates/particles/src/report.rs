@@ -1,0 +1,93 @@
+//! What a run gives: the samples and the account of how it went.
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Everything asked for was reached.
+    Converged,
+    /// The samples are usable, but something was not reached: the text says what and why.
+    NotConverged(String),
+    /// There is no surface in the bounds.
+    Empty,
+}
+
+impl Status {
+    /// `"converged"`, `"not converged"` or `"empty"`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Status::Converged => "converged",
+            Status::NotConverged(_) => "not converged",
+            Status::Empty => "empty",
+        }
+    }
+}
+
+/// How evenly points lie on a surface. Dimensionless; samples on the faces of the bounds are left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Evenness {
+    /// Smallest distance between nearest neighbours over that of the hexagonal packing of as many points on as
+    /// much area, sqrt(2 A / (sqrt(3) n)); 1 is perfect.
+    pub rho_min: f64,
+    /// Mean distance between nearest neighbours over that of the hexagonal packing.
+    pub rho_avg: f64,
+    /// Standard deviation of the distance between nearest neighbours over its mean; 0 is perfect.
+    pub cv: f64,
+    /// Part of the samples with exactly six neighbours in their Delaunay star (two, on a curve).
+    pub six_valent: f64,
+    /// Radius of the largest empty disc over the hexagonal packing's distance (.577 is perfect).
+    pub coverage: f64,
+}
+
+/// How a run went.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// How it ended.
+    pub status: Status,
+    /// Connected components found.
+    pub components: usize,
+    /// Whether interval arithmetic accounts for the whole of the bounds: every box that may hold a piece of the
+    /// surface either holds a sample of it or has been shown to be empty. `false`: random search only.
+    pub certified: bool,
+    /// Largest |F|/|∇F| over the samples with a gradient (model units).
+    pub max_error: f64,
+    /// Evenness of the samples (relative to `density` where that is not uniform).
+    pub evenness: Evenness,
+    /// Mean distance between a sample and its nearest neighbour (model units).
+    pub spacing: f64,
+    /// Area (length, in the plane) of the surface, from the samples' Voronoi cells (model units).
+    pub area: f64,
+    /// Samples on the faces of the bounds, which clip the surface there.
+    pub on_bounds: usize,
+    /// Samples that rest where the gradient vanishes; their normal is (0, 0, 0).
+    pub singular: usize,
+    /// Steps taken, all resolutions together.
+    pub steps: usize,
+    /// Points at which the field was evaluated.
+    pub evaluations: u64,
+    /// Floaters born by fission or refinement.
+    pub births: u64,
+    /// Floaters that died.
+    pub deaths: u64,
+    /// What the user should know besides the status, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Points on a surface, in a spatially coherent order. All vectors have the same length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples {
+    /// Positions (model units).
+    pub points: Vec<[f64; 3]>,
+    /// Outward unit normals; zero where the gradient vanishes.
+    pub normals: Vec<[f64; 3]>,
+    /// Radius of the disc that each sample stands for: half the mean distance to its neighbours (model units).
+    pub radii: Vec<f64>,
+    /// Area (length, in the plane) of each sample's Voronoi cell in its tangent plane (model units squared).
+    pub areas: Vec<f64>,
+    /// Principal curvatures, largest magnitude first (1/model units; positive where the surface is convex seen from
+    /// outside); in the plane the curvature and 0. NaN where they are undefined.
+    pub curvatures: Vec<[f64; 2]>,
+    /// Connected component of each sample, numbered from 0 in the order of their first samples.
+    pub component: Vec<u32>,
+    /// How the run went.
+    pub report: Report,
+}
