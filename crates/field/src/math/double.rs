@@ -1,0 +1,64 @@
+//! Selects, bit tricks and unevaluated sums of two doubles.
+
+/// 1.5 * 2^52. Adding it to |x| < 2^51 leaves x rounded to an integer (ties to even) in the low mantissa bits: the
+/// conversion that every vector unit has, where `as i64` is a scalar loop below AVX-512DQ.
+pub(super) const MAGIC: f64 = 6_755_399_441_055_744.0;
+
+const SPLIT_MASK: u64 = !0x07ff_ffff;
+const SIGN: u64 = 1 << 63;
+
+/// `if c { a } else { b }`, as a select: both sides are already computed.
+#[inline(always)]
+pub(super) fn sel(c: bool, a: f64, b: f64) -> f64 {
+    core::hint::select_unpredictable(c, a, b)
+}
+
+/// x with its sign flipped where the sign bit of `s` is set.
+#[inline(always)]
+pub(super) fn xor_sign(x: f64, s: f64) -> f64 {
+    f64::from_bits(x.to_bits() ^ (s.to_bits() & SIGN))
+}
+
+/// a where the mask is all ones, b where it is zero.
+#[inline(always)]
+pub(super) fn blend(mask: u64, a: f64, b: f64) -> f64 {
+    f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
+}
+
+/// a + b = s + e exactly, for any order of magnitudes.
+#[inline(always)]
+pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let s = a + b;
+    let t = s - a;
+    (s, (a - (s - t)) + (b - t))
+}
+
+/// a + b = s + e exactly, for |a| >= |b| or a = 0.
+#[inline(always)]
+pub(super) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+    let s = a + b;
+    (s, b - (s - a))
+}
+
+/// a b = p + e, with |error of e| <= 2^-105 |p|: Dekker's product, the halves cut by a mask so that it cannot
+/// overflow before p does.
+#[inline(always)]
+pub(super) fn two_prod(a: f64, b: f64) -> (f64, f64) {
+    let ah = f64::from_bits(a.to_bits() & SPLIT_MASK);
+    let bh = f64::from_bits(b.to_bits() & SPLIT_MASK);
+    let (al, bl) = (a - ah, b - bh);
+    let p = a * b;
+    (p, ((ah * bh - p) + ah * bl + al * bh) + al * bl)
+}
+
+/// Horner's scheme: c0 + x (c1 + x (c2 + ...)).
+#[inline(always)]
+pub(super) fn poly<const N: usize>(x: f64, c: &[f64; N]) -> f64 {
+    let mut sum = c[N - 1];
+    let mut i = N - 1;
+    while i > 0 {
+        i -= 1;
+        sum = sum * x + c[i];
+    }
+    sum
+}

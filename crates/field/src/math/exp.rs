@@ -1,0 +1,120 @@
+//! The exponential and the hyperbolic functions.
+
+use super::double::{MAGIC, fast_two_sum, poly, sel, xor_sign};
+
+const LOG2_E: f64 = core::f64::consts::LOG2_E;
+/// ln 2 in two parts; the first has 32 bits, so that k times it is exact for |k| < 2^21.
+const LN2: [f64; 2] = [0.6931471803691238, 1.9082149292705877e-10];
+/// (e^r - 1 - r) / r^2 on |r| <= ln(2) / 2, relative error 2^-51.9.
+const EXP_POLY: [f64; 10] = [
+    0.5000000000000001,
+    0.16666666666666669,
+    0.041666666666623824,
+    0.008333333333330039,
+    0.0013888888917367081,
+    0.00019841269863171557,
+    2.4801521057868204e-05,
+    2.7557268276905696e-06,
+    2.7620201591031547e-07,
+    2.5100472505694996e-08,
+];
+
+/// x + lo = k ln 2 + r with |r| <= ln(2) / 2, |k| <= 1077. `hi` + `lo` = e^r - 1, `bits` holds k as [`MAGIC`] does.
+struct Reduced {
+    bits: u64,
+    hi: f64,
+    lo: f64,
+}
+
+#[inline(always)]
+fn reduce(x: f64, lo: f64) -> Reduced {
+    let t = x * LOG2_E + MAGIC;
+    let k = t - MAGIC;
+    let a = x - k * LN2[0];
+    let b = k * LN2[1] - lo;
+    let r = a - b;
+    let tail = (a - r) - b;
+    Reduced { bits: t.to_bits(), hi: r, lo: r * r * poly(r, &EXP_POLY) + tail }
+}
+
+/// 2^a and 2^b with a + b = k + shift, so that neither factor overflows where their product with [0.7, 1.5] does not.
+#[inline(always)]
+fn powers(bits: u64, shift: i64) -> (f64, f64) {
+    let e = bits.wrapping_sub(MAGIC.to_bits()).wrapping_add((2046 + shift) as u64);
+    let a = (e >> 1) & 0x7ff;
+    let b = e.wrapping_sub(a);
+    (f64::from_bits(a << 52), f64::from_bits(b << 52))
+}
+
+/// e^(x + lo) for |lo| <= ulp(x); x beyond the range of results is cut, NaN stays NaN.
+#[inline(always)]
+pub(super) fn exp_pair(x: f64, lo: f64) -> f64 {
+    let high = x > 710.0;
+    let low = x < -746.0;
+    let x = sel(high, 710.0, sel(low, -746.0, x));
+    let r = reduce(x, lo);
+    let (s, e) = fast_two_sum(1.0, r.hi);
+    let (a, b) = powers(r.bits, 0);
+    (s + (e + r.lo)) * a * b
+}
+
+/// e^x. Overflows to +inf above 709.78, underflows through the subnormals to 0 below -745.13.
+///
+/// Error below [`EXP_ULPS`](super::EXP_ULPS); NaN gives NaN.
+#[inline(always)]
+#[must_use]
+pub fn exp(x: f64) -> f64 {
+    exp_pair(x, 0.0)
+}
+
+/// (e^a - 1) 2^-SHIFT for a >= 0 or NaN; +inf beyond the range.
+#[inline(always)]
+fn exp_m1_scaled<const SHIFT: i64>(a: f64) -> f64 {
+    let a = sel(a > 720.0, 720.0, a);
+    let r = reduce(a, 0.0);
+    let (p, q) = powers(r.bits, -SHIFT);
+    // 2^k (1 + hi + lo) - 1, with 2^k - 1 added exactly.
+    let one = 1.0 / (1u64 << SHIFT) as f64;
+    let scale = |v: f64| v * p * q;
+    let (s, e) = super::double::two_sum(scale(1.0), -one);
+    let (s, f) = super::double::two_sum(s, scale(r.hi));
+    let sum = s + ((e + f) + scale(r.lo));
+    // inf - inf in the sums above
+    sel(a >= 711.0, f64::INFINITY, sum)
+}
+
+/// Hyperbolic sine: odd, overflows to an infinity beyond |x| = 710.47.
+///
+/// Error below [`SINH_ULPS`](super::SINH_ULPS).
+#[inline(always)]
+#[must_use]
+pub fn sinh(x: f64) -> f64 {
+    // with E = e^|x| - 1 and h = E / 2: sinh |x| = (E + E / (E + 1)) / 2 = h + h / (2 h + 1)
+    let h = exp_m1_scaled::<1>(x.abs());
+    let rest = sel(h > 1e20, 0.5, h / (2.0 * h + 1.0));
+    xor_sign(h + rest, x)
+}
+
+/// Hyperbolic cosine: even, overflows to +inf beyond |x| = 710.47.
+///
+/// Error below [`COSH_ULPS`](super::COSH_ULPS).
+#[inline(always)]
+#[must_use]
+pub fn cosh(x: f64) -> f64 {
+    let h = exp_m1_scaled::<1>(x.abs());
+    // cosh |x| = 1 + E^2 / (2 (E + 1)) = 1 + 2 h^2 / (2 h + 1)
+    let small = 1.0 + 2.0 * h * h / (2.0 * h + 1.0);
+    let large = (h + 0.5) + 0.25 / (h + 0.5);
+    sel(h > 0.25, large, small)
+}
+
+/// Hyperbolic tangent: odd, within [-1, 1].
+///
+/// Error below [`TANH_ULPS`](super::TANH_ULPS).
+#[inline(always)]
+#[must_use]
+pub fn tanh(x: f64) -> f64 {
+    let a = x.abs();
+    let e = exp_m1_scaled::<0>(2.0 * sel(a > 20.0, 20.0, a));
+    xor_sign(e / (e + 2.0), x)
+}
