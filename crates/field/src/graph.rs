@@ -5,6 +5,9 @@ use rustc_hash::FxHashMap;
 
 use crate::op::{Op, apply};
 
+/// Most coordinates that a field may have. Inputs from this number on are the outputs of opaque leaves.
+pub const MAX_AXES: usize = 8;
+
 /// A node of a [`Graph`]. Operands always have smaller numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Node(pub(crate) u32);

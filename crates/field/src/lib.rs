@@ -1,12 +1,23 @@
 //! isoswarm-field: what a surface is.
+mod dual;
 mod error;
+mod eval;
 pub mod graph;
+mod interval;
+mod kernel;
 pub mod math;
 pub mod op;
+mod prune;
+mod regions;
 pub mod scalar;
 pub mod surface;
+mod tape;
+pub use dual::Dual;
 pub use error::FieldError;
-pub use graph::{Graph, Node};
+pub use graph::{Graph, MAX_AXES, Node};
+pub use interval::Interval;
 pub use op::Op;
+pub use regions::RegionOptions;
 pub use scalar::Scalar;
 pub use surface::{Aabb, Cells, Surface};
+pub use tape::Tape;
