@@ -1,0 +1,78 @@
+//! isoswarm beside fidget 0.5.1, one thread. Prints one JSON object.
+//!
+//! `part`: writes the tape of the CSG part to standard output. `gradients`: 250 smooth-min blobs with 1000 parameters. `csg [MODEL.vm
+//! [lo hi]]`: a model at 100,000 points of its surface.
+
+mod blobs;
+mod csg;
+mod part;
+mod timing;
+
+use csg::{Descent, Model, Region};
+use serde_json::{Value, json};
+
+const RUNS: usize = 5;
+const POINTS: usize = 100_000;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match arguments.first().map(String::as_str) {
+        Some("part") => print_part(),
+        Some("gradients") => println!("{}", gradients()),
+        Some("csg") => println!("{}", csg(&arguments[1..])),
+        _ => {
+            eprintln!("usage: isoswarm-bench-fidget part | gradients | csg [MODEL.vm [LO HI]]");
+            std::process::exit(2);
+        }
+    }
+}
+
+fn print_part() {
+    let (text, operations, choices) = part::text();
+    println!(
+        "# A base plate with fins, bosses and drillings: {operations} operations, {choices} of them min or max."
+    );
+    println!("# Written by `cargo run --release -- part` in benches/fidget.");
+    print!("{text}");
+}
+
+fn gradients() -> Value {
+    let blobs = blobs::blobs(250);
+    let points = blobs::points(128);
+    let best = [8, 32, 64, 128].map(|batch| (batch, blobs::fidget(&blobs, &points, batch, 3)));
+    let (batch, (seconds, error)) =
+        best.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).expect("four batch sizes");
+    json!({ "m": 1000, "fidget": { "us_per_point": 1e6 * seconds, "batch": batch, "max_error_Fq": error } })
+}
+
+fn csg(arguments: &[String]) -> Value {
+    let text = match arguments.first() {
+        Some(path) => std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{path}: {e}")),
+        None => part::text().0,
+    };
+    let number = |i: usize| arguments.get(i).map(|a| a.parse::<f32>().expect("a number"));
+    let (lo, hi) = match (number(1), number(2)) {
+        (Some(lo), Some(hi)) => ([lo; 3], [hi; 3]),
+        _ => part::BOX,
+    };
+    let model = Model::new(&text);
+    let mut points = model.surface_points(lo, hi, POINTS);
+    let (operations, choices) = csg::count(&text);
+    let micro = |seconds: f64| 1e6 * seconds / POINTS as f64;
+    let whole = micro(model.whole(&points, RUNS));
+    let mut simplified = Vec::new();
+    for most in [64, 128, 256, 512, 1024] {
+        let tree = Region::octree(&mut points, most);
+        for descent in [Descent::Leaves, Descent::Tree] {
+            let (seconds, length, difference) = model.simplified(&points, &tree, descent, RUNS);
+            simplified.push(json!({
+                "most": most, "leaves": tree.leaves(), "descent": format!("{descent:?}"), "us_per_point": micro(seconds),
+                "mean_length": length, "max_difference": difference,
+            }));
+        }
+    }
+    json!({
+        "operations": operations, "min_max": choices, "points": POINTS,
+        "fidget": { "size": model.size(), "whole_us_per_point": whole, "simplified": simplified },
+    })
+}
