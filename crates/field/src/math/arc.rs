@@ -68,8 +68,7 @@ pub fn atan(x: f64) -> f64 {
     let big = sel(ax > 1e300, 1e300, ax);
     let a = sel(swap, 1.0, ax);
     let b = sel(swap, big, 1.0);
-    let r =
-        atan_ratio(a, b, sel(swap, PIO2[0], 0.0), sel(swap, PIO2[1], 0.0), sel(swap, -1.0, 1.0));
+    let r = atan_ratio(a, b, sel(swap, PIO2[0], 0.0), sel(swap, PIO2[1], 0.0), sel(swap, -1.0, 1.0));
     xor_sign(r, x)
 }
 

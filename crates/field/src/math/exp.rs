@@ -67,7 +67,7 @@ pub fn exp(x: f64) -> f64 {
     exp_pair(x, 0.0)
 }
 
-/// (e^a - 1) 2^-SHIFT for a >= 0 or NaN; +inf beyond the range.
+/// (e^a - 1) 2^-SHIFT for a >= 0 or NaN; +inf for a > 710.6, where sinh and cosh have overflowed.
 #[inline(always)]
 fn exp_m1_scaled<const SHIFT: i64>(a: f64) -> f64 {
     let a = sel(a > 720.0, 720.0, a);
@@ -79,8 +79,8 @@ fn exp_m1_scaled<const SHIFT: i64>(a: f64) -> f64 {
     let (s, e) = super::double::two_sum(scale(1.0), -one);
     let (s, f) = super::double::two_sum(s, scale(r.hi));
     let sum = s + ((e + f) + scale(r.lo));
-    // inf - inf in the sums above
-    sel(a >= 711.0, f64::INFINITY, sum)
+    // The sums above have become inf - inf.
+    sel(a > 710.6, f64::INFINITY, sum)
 }
 
 /// Hyperbolic sine: odd, overflows to an infinity beyond |x| = 710.47.
@@ -89,10 +89,12 @@ fn exp_m1_scaled<const SHIFT: i64>(a: f64) -> f64 {
 #[inline(always)]
 #[must_use]
 pub fn sinh(x: f64) -> f64 {
-    // with E = e^|x| - 1 and h = E / 2: sinh |x| = (E + E / (E + 1)) / 2 = h + h / (2 h + 1)
-    let h = exp_m1_scaled::<1>(x.abs());
-    let rest = sel(h > 1e20, 0.5, h / (2.0 * h + 1.0));
-    xor_sign(h + rest, x)
+    let a = x.abs();
+    // With E = e^a - 1 and g = E / 4: sinh a = (E + E / (E + 1)) / 2 = 2 (g + g / (4 g + 1)).
+    let g = exp_m1_scaled::<2>(a);
+    let rest = sel(g > 1e20, 0.25, g / (4.0 * g + 1.0));
+    // Below 2^-28 sinh a is a to the last bit, and a / 4 may have lost some.
+    xor_sign(sel(a < 3.7e-9, a, 2.0 * (g + rest)), x)
 }
 
 /// Hyperbolic cosine: even, overflows to +inf beyond |x| = 710.47.
@@ -101,8 +103,8 @@ pub fn sinh(x: f64) -> f64 {
 #[inline(always)]
 #[must_use]
 pub fn cosh(x: f64) -> f64 {
-    let h = exp_m1_scaled::<1>(x.abs());
-    // cosh |x| = 1 + E^2 / (2 (E + 1)) = 1 + 2 h^2 / (2 h + 1)
+    // With E = e^|x| - 1 and h = E / 2: cosh x = (E + 1 + 1 / (E + 1)) / 2 = 1 + 2 h^2 / (2 h + 1).
+    let h = 2.0 * exp_m1_scaled::<2>(x.abs());
     let small = 1.0 + 2.0 * h * h / (2.0 * h + 1.0);
     let large = (h + 0.5) + 0.25 / (h + 0.5);
     sel(h > 0.25, large, small)

@@ -10,8 +10,10 @@
 //! `pulp::Arch::dispatch` allows.
 //!
 //! The `*_ULPS` constants bound |computed - exact| in units of the last place of the result (for a subnormal result,
-//! of the smallest subnormal). They are the measured maxima, rounded up with a margin, and meant for outward rounding
-//! in interval arithmetic. Polynomials come from `tools/math_coefficients.py`.
+//! of the smallest subnormal). They lie above the largest errors found against exact values in some 20,000 random and
+//! border arguments for each of two to six ranges per function, and are meant for outward rounding in interval
+//! arithmetic. exp, ln, sin, cos, atan and asin were found monotone where the exact functions are, also over the borders
+//! of their reductions; tanh can turn back by an ulp. Polynomials come from `tools/math_coefficients.py`.
 
 mod arc;
 mod double;
@@ -28,34 +30,34 @@ pub use trig::{TRIG_ACCURATE, TRIG_RANGE, cos, sin, sin_cos, tan};
 
 use double::sel;
 
-/// Bound on the error of [`exp`] in ulps.
+/// Bound on the error of [`exp`] in ulps; measured: 0.77.
 pub const EXP_ULPS: f64 = 1.0;
-/// Bound on the error of [`ln`] in ulps.
+/// Bound on the error of [`ln`] in ulps; measured: 0.70.
 pub const LN_ULPS: f64 = 1.0;
-/// Bound on the error of [`sin`] in ulps, for |x| <= [`TRIG_ACCURATE`].
-pub const SIN_ULPS: f64 = 2.0;
-/// Bound on the error of [`cos`] in ulps, for |x| <= [`TRIG_ACCURATE`].
-pub const COS_ULPS: f64 = 2.0;
-/// Bound on the error of [`tan`] in ulps, for |x| <= [`TRIG_ACCURATE`].
-pub const TAN_ULPS: f64 = 4.0;
-/// Bound on the error of [`asin`] in ulps.
-pub const ASIN_ULPS: f64 = 2.0;
-/// Bound on the error of [`acos`] in ulps.
-pub const ACOS_ULPS: f64 = 2.0;
-/// Bound on the error of [`atan`] in ulps.
-pub const ATAN_ULPS: f64 = 2.0;
-/// Bound on the error of [`atan2`] in ulps.
-pub const ATAN2_ULPS: f64 = 3.0;
-/// Bound on the error of [`pow`] in ulps.
-pub const POW_ULPS: f64 = 2.0;
-/// Bound on the error of [`sinh`] in ulps.
-pub const SINH_ULPS: f64 = 4.0;
-/// Bound on the error of [`cosh`] in ulps.
-pub const COSH_ULPS: f64 = 4.0;
-/// Bound on the error of [`tanh`] in ulps.
-pub const TANH_ULPS: f64 = 4.0;
-/// Bound on the error of [`cbrt`] in ulps.
-pub const CBRT_ULPS: f64 = 2.0;
+/// Bound on the error of [`sin`] in ulps, for |x| <= [`TRIG_ACCURATE`]; measured: 0.75.
+pub const SIN_ULPS: f64 = 1.0;
+/// Bound on the error of [`cos`] in ulps, for |x| <= [`TRIG_ACCURATE`]; measured: 0.77.
+pub const COS_ULPS: f64 = 1.0;
+/// Bound on the error of [`tan`] in ulps, for |x| <= [`TRIG_ACCURATE`]; measured: 1.97.
+pub const TAN_ULPS: f64 = 2.5;
+/// Bound on the error of [`asin`] in ulps; measured: 1.11.
+pub const ASIN_ULPS: f64 = 1.5;
+/// Bound on the error of [`acos`] in ulps; measured: 1.11.
+pub const ACOS_ULPS: f64 = 1.5;
+/// Bound on the error of [`atan`] in ulps; measured: 0.77.
+pub const ATAN_ULPS: f64 = 1.0;
+/// Bound on the error of [`atan2`] in ulps; measured: 1.26.
+pub const ATAN2_ULPS: f64 = 2.0;
+/// Bound on the error of [`pow`] in ulps; measured: 0.76.
+pub const POW_ULPS: f64 = 1.0;
+/// Bound on the error of [`sinh`] in ulps; measured: 2.12.
+pub const SINH_ULPS: f64 = 3.0;
+/// Bound on the error of [`cosh`] in ulps; measured: 1.18.
+pub const COSH_ULPS: f64 = 2.0;
+/// Bound on the error of [`tanh`] in ulps; measured: 2.26.
+pub const TANH_ULPS: f64 = 3.0;
+/// Bound on the error of [`cbrt`] in ulps; measured: 0.67.
+pub const CBRT_ULPS: f64 = 1.0;
 
 /// Square root, correctly rounded; NaN for x < 0.
 #[inline(always)]

@@ -3,7 +3,8 @@
 use super::double::{MAGIC, blend, poly, sel, two_sum};
 
 /// pi / 2 in three parts of 33 bits and a rest: q times a part is exact for |q| <= 2^20.
-const PIO2: [f64; 4] = [1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32];
+const PIO2: [f64; 4] =
+    [1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32];
 const TWO_OVER_PI: f64 = core::f64::consts::FRAC_2_PI;
 /// (sin r - r) / r^3 in z = r^2 <= 0.64, relative error 2^-51.9.
 const SIN_POLY: [f64; 6] = [
