@@ -25,7 +25,7 @@ class Row:
 
     @property
     def met(self) -> str:
-        """"beyond", "reach" or "no"; "-" where nothing was measured."""
+        """Which goal is met: beyond, reach or no; "-" where nothing was measured."""
         if self.value is None:
             return "-"
         for name in ("beyond", "reach"):

@@ -15,8 +15,8 @@ RADII = {"H": 1.20, "C": 1.70, "N": 1.55, "O": 1.52, "S": 1.80}
 class Blobs:
     """F(x) = iso - sum_i exp(-k (|x - c_i|^2 / r_i^2 - 1)).
 
-    ``centers`` (b, 3) and ``radii`` (b,) in model units; ``k`` without unit. ``reach``: a blob's tail is left out beyond
-    ``reach`` radii (``None``: never); what is dropped is below exp(-k (reach^2 - 1)) a blob.
+    ``centers`` (b, 3) and ``radii`` (b,) in model units; ``k`` without unit. ``reach``: a blob's tail is left out
+    beyond ``reach`` radii (``None``: never); what is dropped is below exp(-k (reach^2 - 1)) a blob.
     """
 
     name: str

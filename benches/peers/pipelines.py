@@ -1,8 +1,6 @@
 """What people use today for even points on an implicit surface: a grid, marching cubes, Poisson-disk sampling."""
 
-import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -86,30 +84,5 @@ SAMPLERS: dict[str, Callable[[Mesh, int], np.ndarray]] = {
     "libigl": libigl,
 }
 
-
-@dataclass(frozen=True)
-class Run:
-    """One pipeline's points and its time in seconds by stage."""
-
-    points: np.ndarray
-    grid: float
-    mesh: float
-    sampling: float
-    area: float
-
-    @property
-    def total(self) -> float:
-        """The whole pipeline, in seconds."""
-        return self.grid + self.mesh + self.sampling
-
-
-def run(grid: Grid, sampler: Callable[[Mesh, int], np.ndarray], n: int, cell: float) -> Run:
-    """Grid with the given cell, marching cubes, sampling; the points lie on the mesh, not on the surface."""
-    t0 = time.perf_counter()
-    values, corner = grid(cell)
-    t1 = time.perf_counter()
-    mesh = marching_cubes(values, corner, cell)
-    t2 = time.perf_counter()
-    points = sampler(mesh, n)
-    t3 = time.perf_counter()
-    return Run(points, t1 - t0, t2 - t1, t3 - t2, mesh_area(mesh))
+DEFAULTS = tuple(name for name in SAMPLERS if "," not in name)
+"""Those of them that run with the settings they come with: a ratio is to the fastest of these."""
