@@ -135,6 +135,8 @@ pub enum PayloadKind {
     Number,
     /// The exponents of x, y and z of each monomial.
     Exponents,
+    /// An expression in f and g, the values of the operands.
+    Expression,
     /// A straight-line program.
     Program,
     /// A function of the caller's.

@@ -69,14 +69,14 @@ impl Lower {
             let first = self.places.first(model);
             let mut own = 0;
             let mut p = Vec::with_capacity(model.params().len());
-            for param in model.params() {
-                p.push(match &param.expr {
-                    Some(e) => self.model(e, at)?,
-                    None => {
-                        own += 1;
-                        self.graph.param(first + own - 1)
-                    }
-                });
+            for (i, param) in model.params().iter().enumerate() {
+                if let Some(e) = &param.expr {
+                    p.push(self.model(e, at)?);
+                    continue;
+                }
+                let discrete = model.kind().spec(i).is_some_and(|s| s.discrete);
+                p.push(if discrete { self.graph.constant(param.value) } else { self.graph.param(first + own) });
+                own += 1;
             }
             (model.kind().build)(self, &Call { model, p, at })
         })?;

@@ -18,13 +18,12 @@ pub(crate) use lower::Call;
 pub use lower::{Lower, Lowered, MAX_GRAPH};
 pub use parameters::ParamInfo;
 
+pub use crate::graph::MAX_AXES;
 use crate::FieldError;
 use crate::vm::Program;
 
 /// Largest depth of a tree.
 pub const MAX_DEPTH: usize = 10_000;
-/// Inputs of the graph from this number on are the outputs of opaque leaves; those below are coordinates.
-pub const MAX_AXES: usize = 8;
 
 /// A parameter of a node.
 #[derive(Clone, Debug)]
@@ -65,6 +64,9 @@ pub enum Payload {
     Number(f64),
     /// The exponents of x, y and z of each monomial of a polynomial.
     Exponents(Arc<[[u8; 3]]>),
+    /// h(f, g) of a user-defined blend: a formula whose x and y are f and g. Its parameters count as the node's
+    /// own.
+    Expression(Model),
     /// A straight-line program.
     Program(Arc<Program>),
     /// A function of the caller's.
@@ -77,6 +79,7 @@ impl Payload {
             Payload::None => PayloadKind::None,
             Payload::Number(_) => PayloadKind::Number,
             Payload::Exponents(_) => PayloadKind::Exponents,
+            Payload::Expression(_) => PayloadKind::Expression,
             Payload::Program(_) => PayloadKind::Program,
             Payload::Callback(_) => PayloadKind::Callback,
         }
@@ -118,8 +121,7 @@ impl Model {
         operands: Vec<Model>,
         payload: Payload,
     ) -> Result<Self, FieldError> {
-        let below = operands.iter().chain(params.iter().filter_map(|p| p.expr.as_ref()));
-        let depth = 1 + below.map(|m| m.0.depth).max().unwrap_or(0);
+        let depth = 1 + below(&params, &payload, &operands).map(|m| m.0.depth).max().unwrap_or(0);
         if depth > MAX_DEPTH {
             return Err(FieldError::TooLarge(format!(
                 "a model may be nested {MAX_DEPTH} deep, this one is deeper; combine many parts with one \
@@ -206,10 +208,22 @@ impl Model {
         Arc::as_ptr(&self.0) as usize
     }
 
-    /// Expressions of parameters, then operands: what hangs below.
+    /// Expressions of parameters and of the payload, then operands: what hangs below.
     pub(crate) fn below(&self) -> impl DoubleEndedIterator<Item = &Model> {
-        self.0.params.iter().filter_map(|p| p.expr.as_ref()).chain(&self.0.operands)
+        below(&self.0.params, &self.0.payload, &self.0.operands)
     }
+}
+
+fn below<'a>(
+    params: &'a [Param],
+    payload: &'a Payload,
+    operands: &'a [Model],
+) -> impl DoubleEndedIterator<Item = &'a Model> {
+    let own = match payload {
+        Payload::Expression(h) => Some(h),
+        _ => None,
+    };
+    params.iter().filter_map(|p| p.expr.as_ref()).chain(own).chain(operands)
 }
 
 /// Runs a step of a recursion over a tree; the stack grows as needed.
@@ -310,6 +324,9 @@ impl Drop for Tree {
         fn take(t: &mut Tree, rest: &mut Vec<Model>) {
             rest.append(&mut t.operands);
             rest.extend(t.params.iter_mut().filter_map(|p| p.expr.take()));
+            if let Payload::Expression(h) = std::mem::replace(&mut t.payload, Payload::None) {
+                rest.push(h);
+            }
         }
         let mut rest = Vec::new();
         take(self, &mut rest);
@@ -333,7 +350,7 @@ impl PartialEq for Model {
             }
             let (s, t) = (&*a.0, &*b.0);
             let payload = match (&s.payload, &t.payload) {
-                (Payload::None, Payload::None) => true,
+                (Payload::None, Payload::None) | (Payload::Expression(_), Payload::Expression(_)) => true,
                 (Payload::Number(v), Payload::Number(w)) => v == w,
                 (Payload::Exponents(v), Payload::Exponents(w)) => v == w,
                 (Payload::Program(v), Payload::Program(w)) => v == w,
@@ -360,5 +377,11 @@ impl PartialEq for Model {
             rest.extend(a.below().zip(b.below()));
         }
         true
+    }
+}
+
+impl std::fmt::Debug for Model {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Model({})", self.0.kind.name)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{Model, Param, check_param, guarded};
+use super::{Model, Param, Payload, check_param, guarded};
 use crate::FieldError;
 
 /// A parameter of a whole model.
@@ -195,6 +195,12 @@ impl Model {
                     }
                 }
             }
+            let mut payload = t.payload.clone();
+            if let Payload::Expression(h) = &mut payload {
+                let n = guarded(|| visit(h, places, done, change))?;
+                changed |= !Arc::ptr_eq(&n.0, &h.0);
+                *h = n;
+            }
             let mut operands = Vec::with_capacity(t.operands.len());
             for o in &t.operands {
                 let n = guarded(|| visit(o, places, done, change))?;
@@ -202,7 +208,7 @@ impl Model {
                 operands.push(n);
             }
             let n = if changed {
-                Model::unchecked(t.kind, t.name.clone(), params, operands, t.payload.clone())?
+                Model::unchecked(t.kind, t.name.clone(), params, operands, payload)?
             } else {
                 m.clone()
             };

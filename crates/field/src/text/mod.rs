@@ -1,0 +1,5 @@
+//! Formulas as people write them.
+
+mod suggest;
+
+pub(crate) use suggest::suggestion;
