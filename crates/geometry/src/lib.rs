@@ -1,1 +1,29 @@
-//! isoswarm-geometry
+//! What comes off a swarm: plain points, normals, areas in; files and pictures out.
+//!
+//! Everything takes a [`PointCloud`], a bundle of borrowed columns, and knows nothing of fields or particles.
+//!
+//! ```
+//! use isoswarm_geometry::{PictureOptions, PointCloud, Style, render};
+//!
+//! let points = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
+//! let radii = [0.4; 3];
+//! let cloud = PointCloud::new(&points).with_normals(&points).with_radii(&radii);
+//!
+//! let picture = render(&cloud, &PictureOptions { width: 64, height: 48, style: Style::Discs, ..Default::default() })?;
+//! assert_eq!(picture.rgba.len(), 64 * 48 * 4);
+//! # Ok::<(), isoswarm_geometry::GeometryError>(())
+//! ```
+//!
+//! [`save`] writes PLY, OBJ, CSV or NPZ, chosen by the file's ending, and never leaves half a file behind.
+
+mod error;
+mod files;
+mod picture;
+mod points;
+
+pub use error::GeometryError;
+pub use files::{FileFormat, save, write_atomically};
+pub use picture::{
+    Background, Coloring, Colormap, Picture, PictureOptions, Style, colors, render, render_until,
+};
+pub use points::PointCloud;
