@@ -3,10 +3,25 @@
 //! [`sample`] spreads floaters over F = 0 and gives them back with normals, areas and curvature, after the floaters of
 //! Witkin and Heckbert (SIGGRAPH '94, "WH94").
 
+mod constraint;
+mod curvature;
 mod error;
+mod even;
+mod finish;
+mod kernel;
+pub mod metrics;
+mod neighbors;
 mod options;
+mod population;
+mod relax;
 mod report;
+pub mod rng;
+mod run;
 mod sample;
+mod seeding;
+mod stars;
+mod swarm;
+mod vector;
 
 pub use error::Error;
 pub use options::{Amount, Density, DensityFn, Method, Options, Phase, Progress, ProgressFn, Stop};

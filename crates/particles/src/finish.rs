@@ -1,0 +1,120 @@
+//! From floaters to samples: projected to rounding, measured, with curvature.
+
+use isoswarm_field::{Aabb, Surface};
+use rayon::prelude::*;
+
+use crate::Error;
+use crate::constraint::{Target, project};
+use crate::curvature;
+use crate::metrics::{mean_nearest, of_census};
+use crate::options::Phase;
+use crate::population::{census, linear};
+use crate::report::{Evenness, Report, Samples, Status};
+use crate::run::Run;
+use crate::seeding::Seeds;
+use crate::swarm::Swarm;
+
+impl Samples {
+    /// No samples: there is no surface.
+    pub(crate) fn empty(certified: bool, run: &Run<'_>) -> Self {
+        Self {
+            points: Vec::new(),
+            normals: Vec::new(),
+            radii: Vec::new(),
+            areas: Vec::new(),
+            curvatures: Vec::new(),
+            component: Vec::new(),
+            report: Report {
+                status: Status::Empty,
+                components: 0,
+                certified,
+                max_error: 0.0,
+                evenness: Evenness::default(),
+                spacing: 0.0,
+                area: 0.0,
+                on_bounds: 0,
+                singular: 0,
+                steps: run.steps,
+                evaluations: run.evaluations,
+                births: 0,
+                deaths: 0,
+                warnings: run.warnings.clone(),
+            },
+        }
+    }
+}
+
+/// Projects the swarm to |F|/|∇F| ≤ 1e-13 of the diameter where that can be had, and measures it.
+pub(crate) fn finish(
+    run: &mut Run<'_>,
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    seeds: &Seeds<'_>,
+    mut swarm: Swarm,
+    unit: f64,
+    status: Status,
+) -> Result<Samples, Error> {
+    run.tell(Phase::Finishing, 0.9, swarm.len());
+    let walls = seeds.walls;
+    let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
+    let target =
+        Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 8 };
+    let narrowed = surface.narrowed(&swarm.points, unit)?;
+    // Points drop out of the projection, so the narrowed field only serves the measurement of the others.
+    let left = project(
+        surface,
+        &mut run.evaluations,
+        &walls,
+        &mut swarm.points,
+        &mut swarm.normals,
+        target,
+    )?;
+    let max_error = left.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+    let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
+    let on_bounds = swarm.points.par_iter().filter(|p| walls.touches(**p)).count();
+    let first = census(&swarm, &walls, unit);
+    let _ = linear;
+    let curvatures = curvature::principal(
+        narrowed.as_deref().unwrap_or(surface),
+        &swarm,
+        &first.lists,
+        walls.axes,
+    );
+    let evenness = of_census(&swarm, &first, walls.axes);
+    let spacing = mean_nearest(&first);
+    // Numbered in the order of first appearance.
+    let mut number = vec![u32::MAX; seeds.components];
+    let mut components = 0;
+    for &l in &swarm.label {
+        if number[l as usize] == u32::MAX {
+            number[l as usize] = components;
+            components += 1;
+        }
+    }
+    let _ = bounds;
+    run.tell(Phase::Finishing, 1.0, swarm.len());
+    Ok(Samples {
+        radii: first.cells.iter().map(|c| 0.5 * c.mean).collect(),
+        areas: first.cells.iter().map(|c| c.area).collect(),
+        curvatures,
+        component: swarm.label.iter().map(|&l| number[l as usize]).collect(),
+        report: Report {
+            status,
+            components: components as usize,
+            certified: seeds.certified,
+            max_error,
+            evenness,
+            spacing,
+            area: first.area,
+            on_bounds,
+            singular,
+            steps: run.steps,
+            evaluations: run.evaluations,
+            births: run.births,
+            deaths: run.deaths,
+            warnings: run.warnings.clone(),
+        },
+        points: swarm.points,
+        normals: swarm.normals,
+    })
+}

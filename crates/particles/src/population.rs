@@ -1,0 +1,278 @@
+//! Birth and death of floaters at exact numbers: refinement to four times as many, and moves from crowded to sparse
+//! places. Moves cure what repulsion is slow at: large-scale differences of density, within a component and between.
+
+use isoswarm_field::{FieldError, Surface};
+use rayon::prelude::*;
+
+use crate::constraint::{Target, Walls, project};
+use crate::neighbors::Neighbors;
+use crate::rng::Rng;
+use crate::stars::{Cell, Stars};
+use crate::swarm::Swarm;
+use crate::vector::{V3, add, scale};
+
+/// Reach of the lists that cells need, in square roots of the mean cell.
+pub(crate) const REACH: f64 = 2.3;
+
+/// Cells of a swarm and what their areas are compared with.
+pub(crate) struct Census {
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) lists: Neighbors,
+    /// Mean area of the cells inside the bounds, for a floater of size 1.
+    pub(crate) share: f64,
+    /// Sum of the areas.
+    pub(crate) area: f64,
+}
+
+/// Area (length, on curves) of a size-1 cell into its linear size.
+pub(crate) fn linear(share: f64, axes: usize) -> f64 {
+    if axes == 2 { share } else { share.sqrt() }
+}
+
+/// size² (size, on curves): what a cell's area is proportional to.
+fn weight(size: &[f64], i: usize, axes: usize) -> f64 {
+    match size.get(i) {
+        None => 1.0,
+        Some(s) if axes == 2 => *s,
+        Some(s) => s * s,
+    }
+}
+
+/// Measures all cells; `unit` is about the square root of a size-1 cell.
+pub(crate) fn census(swarm: &Swarm, walls: &Walls, unit: f64) -> Census {
+    let lists = swarm.neighbors(REACH * unit);
+    let stars = Stars {
+        points: &swarm.points,
+        normals: &swarm.normals,
+        lists: &lists,
+        walls,
+        radius: 0.5 * REACH * unit,
+        size: &swarm.size,
+    };
+    let cells = stars.cells();
+    let (mut inner, mut weights, mut area) = (0.0, 0.0, 0.0);
+    let (mut all_weights, mut count) = (0.0, 0usize);
+    for (i, c) in cells.iter().enumerate() {
+        let w = weight(&swarm.size, i, walls.axes);
+        area += c.area;
+        all_weights += w;
+        if !c.clipped {
+            inner += c.area;
+            weights += w;
+            count += 1;
+        }
+    }
+    let share = if count > 0 { inner / weights } else { area / all_weights.max(f64::MIN_POSITIVE) };
+    Census { cells, lists, share, area }
+}
+
+/// Cell areas relative to what they should be, averaged over neighbourhoods; 1 for cells at the bounds.
+fn sparseness(swarm: &Swarm, census: &Census, share: f64, axes: usize) -> (Vec<f64>, Vec<f64>) {
+    let own: Vec<f64> = (0..swarm.len())
+        .map(|i| census.cells[i].area / (share * weight(&swarm.size, i, axes)))
+        .collect();
+    let smooth = |v: &[f64]| -> Vec<f64> {
+        (0..v.len())
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| {
+                if census.cells[i].clipped {
+                    return 1.0;
+                }
+                let (mut sum, mut count) = (v[i], 1.0);
+                for &j in census.lists.of(i) {
+                    let j = j as usize;
+                    if !census.cells[j].clipped && swarm.label[j] == swarm.label[i] {
+                        sum += v[j];
+                        count += 1.0;
+                    }
+                }
+                sum / count
+            })
+            .collect()
+    };
+    let once = smooth(&own);
+    let twice = smooth(&once);
+    (own, twice)
+}
+
+/// What [`balance`] did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Turnover {
+    pub(crate) births: usize,
+    pub(crate) deaths: usize,
+    /// Area of a size-1 cell afterwards.
+    pub(crate) share: f64,
+    /// Mean distance to the nearest neighbour before.
+    pub(crate) nearest: f64,
+}
+
+/// Brings the swarm to `n` floaters (never below one a component), and moves floaters from where cells are small to
+/// where they are large. Children are set into the largest gap around their parent and projected.
+pub(crate) fn balance(
+    swarm: &mut Swarm,
+    surface: &dyn Surface,
+    count: &mut u64,
+    walls: &Walls,
+    least: f64,
+    unit: f64,
+    n: usize,
+    rng: Rng,
+) -> Result<Turnover, FieldError> {
+    let census = census(swarm, walls, unit);
+    let now = swarm.len();
+    let share = census.share * now as f64 / n as f64;
+    let (own, smooth) = sparseness(swarm, &census, share, walls.axes);
+    let excess = |i: usize| smooth[i] - 1.0;
+    let births0: f64 = (0..now).map(|i| excess(i).max(0.0)).sum();
+    let deaths0: f64 = (0..now).map(|i| (-excess(i)).max(0.0)).sum();
+    let mean = (0.5 * (births0 + deaths0 - now.abs_diff(n) as f64)).max(0.0).round() as usize;
+    let (mut births, mut deaths) = (mean, mean);
+    if n > now { births += n - now } else { deaths += now - n }
+    let key = |i: usize, sign: f64, counter: u64| {
+        sign * (excess(i) + 0.5 * (own[i] - smooth[i])) - rng.unit(2 * i as u64 + counter)
+    };
+    let mut alive = vec![true; now];
+    let mut touched = vec![false; now];
+    let mut per_label = swarm.per_label();
+    let mut done = Turnover { share, nearest: crate::metrics::mean_nearest(&census), ..Turnover::default() };
+    // Neighbours of one who died stay, unless there is no other way to the number that is asked for.
+    for strict in [true, false] {
+        let order = ranked(now, |i| key(i, -1.0, 0));
+        for i in order {
+            if done.deaths == deaths {
+                break;
+            }
+            let label = swarm.label[i] as usize;
+            if !alive[i] || per_label[label] <= 1 || (strict && (touched[i] || census.cells[i].clipped)) {
+                continue;
+            }
+            alive[i] = false;
+            per_label[label] -= 1;
+            done.deaths += 1;
+            if strict {
+                touched[i] = true;
+                census.lists.of(i).iter().for_each(|&j| touched[j as usize] = true);
+            }
+        }
+        if done.deaths < deaths && strict && now > n {
+            continue;
+        }
+        break;
+    }
+    births = births.min(n.saturating_sub(now - done.deaths));
+    let parents = choose_parents(swarm, &census, births, &alive, &mut touched, |i| key(i, 1.0, 1));
+    done.births = parents.len();
+    let mut points: Vec<V3> = parents
+        .iter()
+        .map(|&(i, again)| {
+            // The farthest corner of the parent's cell; a second child of one parent goes the other way.
+            let way = if again { -0.7 } else { 1.0 };
+            walls.clamp(add(swarm.points[i], scale(census.cells[i].corner, way)))
+        })
+        .collect();
+    let mut normals: Vec<V3> = parents.iter().map(|&(i, _)| swarm.normals[i]).collect();
+    let target = Target { tolerance: 1e-3 * unit, longest: unit, least, rounds: 6 };
+    project(surface, count, walls, &mut points, &mut normals, target)?;
+    let survivors: Vec<u32> = (0..now as u32).filter(|&i| alive[i as usize]).collect();
+    let (labels, sizes) = (swarm.label.clone(), swarm.size.clone());
+    *swarm = swarm.pick(&survivors);
+    for (k, &(i, _)) in parents.iter().enumerate() {
+        swarm.push(points[k], normals[k], labels[i], sizes.get(i).copied());
+    }
+    Ok(done)
+}
+
+/// Indices by falling key.
+fn ranked(n: usize, key: impl Fn(usize) -> f64 + Sync) -> Vec<usize> {
+    let mut keyed: Vec<(f64, usize)> = (0..n).into_par_iter().with_min_len(4096).map(|i| (key(i), i)).collect();
+    keyed.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Who splits, and whether for the second time; no two neighbours as long as there are others.
+fn choose_parents(
+    swarm: &Swarm,
+    census: &Census,
+    births: usize,
+    alive: &[bool],
+    touched: &mut [bool],
+    key: impl Fn(usize) -> f64 + Sync,
+) -> Vec<(usize, bool)> {
+    if births == 0 {
+        return Vec::new();
+    }
+    let order = ranked(swarm.len(), key);
+    let mut parents = Vec::with_capacity(births);
+    let mut times = vec![0u8; swarm.len()];
+    for round in 0..3 {
+        for &i in &order {
+            if parents.len() == births {
+                return parents;
+            }
+            let free = round > 0 || !(touched[i] || census.cells[i].clipped);
+            if alive[i] && times[i] == u8::from(round == 2) && free {
+                times[i] += 1;
+                parents.push((i, round == 2));
+                touched[i] = true;
+                census.lists.of(i).iter().for_each(|&j| touched[j as usize] = true);
+            }
+        }
+    }
+    parents
+}
+
+/// The edges of the Delaunay stars, each once, as seen from either end.
+pub(crate) fn edges(swarm: &Swarm, walls: &Walls, unit: f64) -> Vec<(u32, u32)> {
+    let lists = swarm.neighbors(REACH * unit);
+    let stars = Stars {
+        points: &swarm.points,
+        normals: &swarm.normals,
+        lists: &lists,
+        walls,
+        radius: 0.5 * REACH * unit,
+        size: &swarm.size,
+    };
+    let rows: Vec<Vec<(u32, u32)>> = (0..swarm.len().div_ceil(1024))
+        .into_par_iter()
+        .map(|c| {
+            let mut out = Vec::with_capacity(6 * 1024);
+            for i in c * 1024..((c + 1) * 1024).min(swarm.len()) {
+                stars.cell(i, |j, _| out.push((i as u32, j)));
+            }
+            out
+        })
+        .collect();
+    let mut all: Vec<(u32, u32)> =
+        rows.into_iter().flatten().map(|(i, j)| (i.min(j), i.max(j))).collect();
+    all.par_sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Adds a floater in the middle of every edge of the Delaunay stars: four times as many (twice, on curves), in the
+/// same order as before, so that what a coarse level has settled stays settled.
+pub(crate) fn refine(
+    swarm: &mut Swarm,
+    surface: &dyn Surface,
+    count: &mut u64,
+    walls: &Walls,
+    least: f64,
+    unit: f64,
+) -> Result<usize, FieldError> {
+    let edges = edges(swarm, walls, unit);
+    let mut points: Vec<V3> = edges
+        .iter()
+        .map(|&(i, j)| scale(add(swarm.points[i as usize], swarm.points[j as usize]), 0.5))
+        .collect();
+    let mut normals: Vec<V3> = edges.iter().map(|&(i, _)| swarm.normals[i as usize]).collect();
+    let target = Target { tolerance: 1e-3 * unit, longest: 0.5 * unit, least, rounds: 4 };
+    project(surface, count, walls, &mut points, &mut normals, target)?;
+    for (k, &(i, j)) in edges.iter().enumerate() {
+        let (i, j) = (i as usize, j as usize);
+        let size = swarm.size.get(i).map(|s| 0.5 * (s + swarm.size[j]));
+        let label = swarm.label[i];
+        swarm.push(points[k], normals[k], label, size);
+    }
+    Ok(edges.len())
+}

@@ -1,0 +1,115 @@
+//! Where the surface is: boxes that may hold it, points on it that are uniform by area, and its components.
+//!
+//! 1. [`region`]: boxes that together contain every zero, by interval subdivision, or, where a surface has no
+//!    intervals, boxes where samples of F suggest a zero.
+//! 2. [`lines`]: roots along random axis-parallel lines through the boxes, thinned so that they are uniform by area.
+//! 3. [`probes`]: Newton's method from every box without a root, and subdivision of those that stay in doubt.
+//! 4. [`components`]: which roots belong together.
+
+mod components;
+mod lines;
+mod probes;
+mod region;
+mod trace;
+
+use isoswarm_field::{Aabb, FieldError, Surface};
+
+use crate::constraint::Walls;
+use crate::rng::{Rng, Stream};
+use crate::vector::{V3, norm};
+pub(crate) use lines::{Roots, cast};
+pub(crate) use region::Region;
+
+/// Boxes to aim at: enough to isolate small parts, few enough to take milliseconds.
+const BOXES: usize = 12_000;
+
+/// What is known of a surface before any floater moves.
+pub(crate) struct Seeds<'s> {
+    /// Where it may be.
+    pub(crate) region: Region<'s>,
+    /// Points on it. The first `uniform` of them are distributed uniformly by area; the others are finds besides.
+    pub(crate) points: Vec<V3>,
+    /// Unit normals at the points.
+    pub(crate) normals: Vec<V3>,
+    /// Connected component of each point.
+    pub(crate) label: Vec<u32>,
+    /// See `points`.
+    pub(crate) uniform: usize,
+    /// Number of components.
+    pub(crate) components: usize,
+    /// Unbiased estimate of the area (length, in the plane).
+    pub(crate) area: f64,
+    /// Gradients up to this length count as zero.
+    pub(crate) least: f64,
+    /// Whether intervals vouch for all of it: see [`Report::certified`](crate::Report).
+    pub(crate) certified: bool,
+    /// The walls of the bounds.
+    pub(crate) walls: Walls,
+}
+
+/// Looks for the surface in the bounds; `aim` is the number of uniform points wanted (about; at least some thousand
+/// are drawn). `None` where there is no surface.
+pub(crate) fn seed<'s>(
+    surface: &'s dyn Surface,
+    count: &mut u64,
+    bounds: &Aabb,
+    aim: usize,
+    seed: u64,
+) -> Result<(Option<Seeds<'s>>, bool), FieldError> {
+    let walls = Walls::new(bounds, surface.axes());
+    let bounds = &Aabb::new(walls.lo, walls.hi);
+    let region = region::find(surface, count, bounds, walls.axes, BOXES)?;
+    if region.boxes.is_empty() {
+        return Ok((None, region.certified));
+    }
+    let rng = Rng::new(seed, Stream::Lines);
+    let mut roots = Roots::default();
+    let cross = |b: &Aabb| {
+        let s: Vec<f64> = (0..walls.axes).map(|a| b.hi[a] - b.lo[a]).collect();
+        if walls.axes == 2 { 0.5 * (s[0] + s[1]) } else { (s[0] * s[1] + s[1] * s[2] + s[2] * s[0]) / 3.0 }
+    };
+    let mean_cross = region.boxes.iter().map(cross).sum::<f64>() / region.boxes.len() as f64;
+    // Few boxes (a small or simple surface) get several lines each.
+    let per_box = (BOXES as f64 / region.boxes.len() as f64).clamp(1.0, 64.0);
+    let first = per_box / mean_cross;
+    cast(&region, count, walls.axes, first, rng.child(0), &mut roots)?;
+    let mut area = roots.area;
+    if roots.kept() > 0 && (roots.kept() as f64) < 1.25 * aim as f64 {
+        let more = (1.4 * aim as f64 / area - first).max(0.2 * first);
+        cast(&region, count, walls.axes, more, rng.child(1), &mut roots)?;
+        area = (roots.area - area) * more / (first + more) + area * first / (first + more);
+    }
+    let least = 1e-12 * scale_of(&roots.gradients);
+    let doubt = probes::search(surface, &region, count, &walls, least, &mut roots)?;
+    if roots.points.is_empty() {
+        return Ok((None, region.certified && doubt == 0));
+    }
+    let certified = region.certified && doubt == 0;
+    let (label, components) = components::label(surface, count, &walls, &roots, area, least)?;
+    let (order, uniform) = roots.uniform_first();
+    Ok((
+        Some(Seeds {
+            points: order.iter().map(|&i| roots.points[i]).collect(),
+            normals: order.iter().map(|&i| crate::vector::unit(roots.gradients[i])).collect(),
+            label: order.iter().map(|&i| label[i]).collect(),
+            uniform,
+            components,
+            area,
+            least,
+            certified,
+            walls,
+            region,
+        }),
+        certified,
+    ))
+}
+
+/// The median length of the gradients: what small gradients are compared with.
+fn scale_of(gradients: &[V3]) -> f64 {
+    let mut lengths: Vec<f64> = gradients.iter().map(|&g| norm(g)).filter(|l| l.is_finite()).collect();
+    if lengths.is_empty() {
+        return 0.0;
+    }
+    let middle = lengths.len() / 2;
+    *lengths.select_nth_unstable_by(middle, f64::total_cmp).1
+}

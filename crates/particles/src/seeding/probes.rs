@@ -1,0 +1,128 @@
+//! Boxes in which no line met the surface: is there something?
+
+use isoswarm_field::{Aabb, FieldError, Surface};
+
+use super::lines::Roots;
+use super::region::Region;
+use crate::constraint::{Walls, evaluate};
+use crate::neighbors::Grid;
+use crate::vector::{V3, norm};
+
+/// Newton steps from the middle of a box.
+const STEPS: usize = 6;
+/// Boxes in doubt that are subdivided; the rest stays in doubt.
+const SUBDIVIDED: usize = 512;
+/// How finely they are.
+const PARTS: f64 = 16.0;
+/// Most parts of a box.
+const MOST: usize = 4096;
+
+/// Looks for roots in every box that has none. Gives the number of boxes in which, and around which, nothing was
+/// found and which could not be shown to be empty either.
+pub(crate) fn search(
+    surface: &dyn Surface,
+    region: &Region<'_>,
+    count: &mut u64,
+    walls: &Walls,
+    least: f64,
+    roots: &mut Roots,
+) -> Result<usize, FieldError> {
+    let mut explained = vec![false; region.boxes.len()];
+    roots.owner.iter().for_each(|&o| explained[o as usize] = true);
+    let bare: Vec<u32> = (0..region.boxes.len() as u32).filter(|&b| !explained[b as usize]).collect();
+    let boxes: Vec<Aabb> = bare.iter().map(|&b| region.boxes[b as usize]).collect();
+    let found = newton_from_centres(region.surface(), count, &boxes, walls, least)?;
+    for (k, root) in found.into_iter().enumerate() {
+        if let Some((p, g)) = root {
+            roots.push(p, g, bare[k], false, u64::MAX);
+            explained[bare[k] as usize] = true;
+        }
+    }
+    let doubtful = far_from_roots(region, roots, &bare, &explained, walls.axes);
+    let mut left = doubtful.len().saturating_sub(SUBDIVIDED);
+    for &b in doubtful.iter().take(SUBDIVIDED) {
+        let whole = region.boxes[b as usize];
+        let side = (0..walls.axes).map(|a| whole.hi[a] - whole.lo[a]).fold(0.0, f64::max);
+        let Some(parts) = surface.cells(&whole, side / PARTS, MOST) else {
+            left += 1;
+            continue;
+        };
+        if parts.boxes.is_empty() {
+            continue;
+        }
+        let found = newton_from_centres(parts.evaluate.as_ref(), count, &parts.boxes, walls, least)?;
+        let before = roots.points.len();
+        for (p, g) in found.into_iter().flatten() {
+            roots.push(p, g, b, false, u64::MAX);
+        }
+        left += usize::from(roots.points.len() == before);
+    }
+    Ok(left)
+}
+
+/// For each box the point of the surface in it that Newton's method reaches from its middle, with the gradient there.
+fn newton_from_centres(
+    surface: &dyn Surface,
+    count: &mut u64,
+    boxes: &[Aabb],
+    walls: &Walls,
+    least: f64,
+) -> Result<Vec<Option<(V3, V3)>>, FieldError> {
+    let mut out = vec![None; boxes.len()];
+    let mut active: Vec<u32> = (0..boxes.len() as u32).collect();
+    let mut points: Vec<V3> =
+        boxes.iter().map(|b| [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]))).collect();
+    let (mut value, mut gradient) = (Vec::new(), Vec::new());
+    for _ in 0..STEPS {
+        evaluate(surface, count, &points, &mut value, &mut gradient)?;
+        let (mut still, mut next) = (Vec::new(), Vec::new());
+        for (k, &i) in active.iter().enumerate() {
+            let b = &boxes[i as usize];
+            let diagonal = b.diagonal();
+            if value[k].abs() <= 1e-7 * diagonal * norm(gradient[k]) && norm(gradient[k]).is_finite() {
+                if b.contains(points[k]) {
+                    out[i as usize] = Some((points[k], gradient[k]));
+                }
+            } else if let Some(p) = walls.newton(points[k], value[k], gradient[k], diagonal, least) {
+                // A start that leaves the neighbourhood of its box finds what others find.
+                if b.grown(0.5 * diagonal).contains(p) {
+                    still.push(i);
+                    next.push(p);
+                }
+            }
+        }
+        (active, points) = (still, next);
+        if active.is_empty() {
+            break;
+        }
+    }
+    Ok(out)
+}
+
+/// The boxes among `bare` without a root in themselves or in any box around them.
+fn far_from_roots(
+    region: &Region<'_>,
+    roots: &Roots,
+    bare: &[u32],
+    explained: &[bool],
+    axes: usize,
+) -> Vec<u32> {
+    let grid = Grid::new(&roots.points, None, 2.0 * region.side);
+    bare.iter()
+        .copied()
+        .filter(|&b| {
+            let own = region.boxes[b as usize];
+            if explained[b as usize] {
+                return false;
+            }
+            let middle = [0, 1, 2].map(|a| 0.5 * (own.lo[a] + own.hi[a]));
+            let mut near = false;
+            grid.near(middle, 1.5 * region.side, |r| {
+                let other = region.boxes[roots.owner[r as usize] as usize];
+                let slack = 1e-6 * region.side;
+                near |= (0..axes).all(|a| other.lo[a] <= own.hi[a] + slack && own.lo[a] <= other.hi[a] + slack);
+            });
+            !near
+        })
+        .collect()
+}

@@ -1,0 +1,366 @@
+//! Each sample's Voronoi cell in its tangent plane, and with it its Delaunay star.
+//!
+//! Neighbours on the same sheet are unfolded into the tangent plane at their distance along the surface; the cell is
+//! what the bisectors leave of a disc, and the neighbours whose bisectors bound it are the star.
+
+use rayon::prelude::*;
+
+use crate::constraint::Walls;
+use crate::neighbors::Neighbors;
+use crate::vector::{V3, along, dot, frame, norm, scale, sub, tangential};
+
+/// Bisectors shorter than this part of the distance between the floaters that they separate do not count as shared
+/// edges: four floaters on one circle are not neighbours across both diagonals.
+const SHORT: f64 = 0.05;
+
+/// Most vertices of a cell; further bisectors are ignored (six are usual).
+const VERTICES: usize = 32;
+
+/// Tag of an edge that is no bisector.
+const OPEN: u32 = u32::MAX;
+/// Tag of an edge on a face of the bounds.
+const WALL: u32 = u32::MAX - 1;
+
+/// The cell of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell {
+    /// Area (length, on a curve).
+    pub(crate) area: f64,
+    /// Distance to the nearest neighbour; infinite where there is none.
+    pub(crate) nearest: f64,
+    /// Mean distance to the star; 0 where there is none.
+    pub(crate) mean: f64,
+    /// Largest distance from the sample to a corner of its cell.
+    pub(crate) hole: f64,
+    /// From the sample to that corner.
+    pub(crate) corner: V3,
+    /// Number of neighbours in the star.
+    pub(crate) valence: u32,
+    /// Whether some direction is bounded by no neighbour and no face.
+    pub(crate) open: bool,
+    /// Whether the cell ends at a face of the bounds.
+    pub(crate) clipped: bool,
+}
+
+/// A convex polygon around the origin; `tag[k]` belongs to the edge from vertex k to vertex k + 1.
+struct Polygon {
+    n: usize,
+    at: [[f64; 2]; VERTICES],
+    tag: [u32; VERTICES],
+}
+
+impl Polygon {
+    /// A regular octagon of circumradius `r`, turned so that no edge is parallel to an axis of the frame.
+    fn octagon(r: f64) -> Self {
+        const C: [[f64; 2]; 8] = [
+            [0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
+            [0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
+            [-0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
+            [-0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
+            [-0.923_879_532_511_286_7, -0.382_683_432_365_089_8],
+            [-0.382_683_432_365_089_8, -0.923_879_532_511_286_7],
+            [0.382_683_432_365_089_8, -0.923_879_532_511_286_7],
+            [0.923_879_532_511_286_7, -0.382_683_432_365_089_8],
+        ];
+        let mut p = Self { n: 8, at: [[0.0; 2]; VERTICES], tag: [OPEN; VERTICES] };
+        for k in 0..8 {
+            p.at[k] = [r * C[k][0], r * C[k][1]];
+        }
+        p
+    }
+
+    /// Keeps the part where a·x ≤ b; the new edge gets the tag.
+    fn clip(&mut self, a: [f64; 2], b: f64, tag: u32) {
+        let n = self.n;
+        let side = |p: [f64; 2]| a[0] * p[0] + a[1] * p[1] - b;
+        let mut s = [0.0; VERTICES];
+        let mut outside = 0;
+        for k in 0..n {
+            s[k] = side(self.at[k]);
+            outside += usize::from(s[k] > 0.0);
+        }
+        if outside == 0 {
+            return;
+        }
+        if outside == n {
+            self.n = 0;
+            return;
+        }
+        if n + 2 > VERTICES {
+            return;
+        }
+        let (mut at, mut tags, mut m) = ([[0.0; 2]; VERTICES], [OPEN; VERTICES], 0);
+        for k in 0..n {
+            let l = if k + 1 == n { 0 } else { k + 1 };
+            let inside = s[k] <= 0.0;
+            if inside {
+                at[m] = self.at[k];
+                tags[m] = self.tag[k];
+                m += 1;
+            }
+            if inside != (s[l] <= 0.0) {
+                let t = s[k] / (s[k] - s[l]);
+                let (p, q) = (self.at[k], self.at[l]);
+                at[m] = [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])];
+                // Leaving: the new edge starts here. Entering: the rest of the old edge does.
+                tags[m] = if inside { tag } else { self.tag[k] };
+                m += 1;
+            }
+        }
+        (self.n, self.at, self.tag) = (m, at, tags);
+    }
+
+    fn farthest_squared(&self) -> f64 {
+        self.at[..self.n].iter().fold(0.0, |m, p| f64::max(m, p[0] * p[0] + p[1] * p[1]))
+    }
+
+    fn farthest(&self) -> [f64; 2] {
+        let square = |p: &[f64; 2]| p[0] * p[0] + p[1] * p[1];
+        self.at[..self.n].iter().copied().max_by(|p, q| square(p).total_cmp(&square(q))).unwrap_or_default()
+    }
+
+    fn area(&self) -> f64 {
+        let mut twice = 0.0;
+        for k in 0..self.n {
+            let (p, q) = (self.at[k], self.at[if k + 1 == self.n { 0 } else { k + 1 }]);
+            twice += p[0] * q[1] - p[1] * q[0];
+        }
+        0.5 * twice
+    }
+
+    fn edge(&self, k: usize) -> f64 {
+        let (p, q) = (self.at[k], self.at[if k + 1 == self.n { 0 } else { k + 1 }]);
+        ((p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2)).sqrt()
+    }
+}
+
+/// Length along the surface between two points a distance `d` apart by the chord `r`, estimated from their normals:
+/// along an arc where the normals differ little, over a crease where they differ much.
+pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
+    let c = dot(n, m);
+    if c > 0.999_999 || norm(n) == 0.0 || norm(m) == 0.0 {
+        return d;
+    }
+    let c = c.max(-0.5);
+    // θ²/24 of the chord, with θ² = 2 (1 - cos θ).
+    let arc = d * (1.0 + (1.0 - c) / 12.0);
+    if c > 0.7 {
+        return arc;
+    }
+    let crease = (0.5 * (norm(tangential(r, n)) + norm(tangential(r, m))) * 2.0 / (1.0 + c)).clamp(arc, 2.0 * d);
+    let t = ((0.7 - c) / 0.4).min(1.0);
+    arc + t * (crease - arc)
+}
+
+/// What a cell is computed from.
+pub(crate) struct Stars<'a> {
+    pub(crate) points: &'a [V3],
+    pub(crate) normals: &'a [V3],
+    pub(crate) lists: &'a Neighbors,
+    pub(crate) walls: &'a Walls,
+    /// Half the reach of the lists: cells end there.
+    pub(crate) radius: f64,
+    /// Relative sizes, or empty.
+    pub(crate) size: &'a [f64],
+}
+
+impl Stars<'_> {
+    /// The cells of all samples, in parallel.
+    pub(crate) fn cells(&self) -> Vec<Cell> {
+        (0..self.points.len()).into_par_iter().with_min_len(512).map(|i| self.cell(i, |_, _| {})).collect()
+    }
+
+    /// The cell of sample `i`; `star(j, length)` is called for each neighbour in the star with the length of the
+    /// edge between the cells.
+    pub(crate) fn cell(&self, i: usize, star: impl FnMut(u32, f64)) -> Cell {
+        if self.walls.axes == 2 { self.cell_on_curve(i, star) } else { self.cell_on_surface(i, star) }
+    }
+
+    fn reach(&self, i: usize) -> f64 {
+        if self.size.is_empty() { self.radius } else { self.radius * self.size[i] }
+    }
+
+    fn cell_on_surface(&self, i: usize, mut star: impl FnMut(u32, f64)) -> Cell {
+        let (p, n) = (self.points[i], self.normals[i]);
+        let radius = self.reach(i);
+        let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
+        let mut near = [(f64::INFINITY, [0.0; 2], 0u32); 48];
+        let mut count = 0;
+        let mut nearest = f64::INFINITY;
+        for &j in self.lists.of(i) {
+            let r = sub(self.points[j as usize], p);
+            let d = norm(r);
+            nearest = nearest.min(d);
+            let flat = [dot(r, u), dot(r, v)];
+            let length = (flat[0] * flat[0] + flat[1] * flat[1]).sqrt();
+            if d == 0.0 || d > 2.0 * radius || length < 1e-3 * d || count == near.len() {
+                continue;
+            }
+            let s = along_surface(r, d, n, self.normals[j as usize]);
+            near[count] = (s, [flat[0] * s / length, flat[1] * s / length], j);
+            count += 1;
+        }
+        let near = &mut near[..count];
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        let mut cell = Polygon::octagon(radius);
+        self.clip_by_walls(p, u, v, radius, &mut cell);
+        let mut farthest = cell.farthest_squared();
+        for &(s, q, j) in near.iter() {
+            if 0.25 * s * s >= farthest {
+                break;
+            }
+            cell.clip(q, 0.5 * s * s, j);
+            farthest = cell.farthest_squared();
+        }
+        let corner = cell.farthest();
+        let mut out = Cell {
+            area: cell.area(),
+            nearest,
+            mean: 0.0,
+            hole: farthest.sqrt(),
+            corner: along(scale(u, corner[0]), corner[1], v),
+            valence: 0,
+            open: false,
+            clipped: false,
+        };
+        for k in 0..cell.n {
+            match cell.tag[k] {
+                OPEN => out.open = true,
+                WALL => out.clipped = true,
+                j => {
+                    let s = near.iter().find(|c| c.2 == j).map_or(0.0, |c| c.0);
+                    let edge = cell.edge(k);
+                    if edge > SHORT * s {
+                        out.valence += 1;
+                        out.mean += s;
+                        star(j, edge);
+                    }
+                }
+            }
+        }
+        out.mean /= f64::from(out.valence.max(1));
+        out
+    }
+
+    fn clip_by_walls(&self, p: V3, u: V3, v: V3, radius: f64, cell: &mut Polygon) {
+        for a in 0..3 {
+            if self.walls.hi[a] - p[a] < radius {
+                cell.clip([u[a], v[a]], self.walls.hi[a] - p[a], WALL);
+            }
+            if p[a] - self.walls.lo[a] < radius {
+                cell.clip([-u[a], -v[a]], p[a] - self.walls.lo[a], WALL);
+            }
+        }
+    }
+
+    fn cell_on_curve(&self, i: usize, mut star: impl FnMut(u32, f64)) -> Cell {
+        let (p, n) = (self.points[i], self.normals[i]);
+        let radius = self.reach(i);
+        let t = [-n[1], n[0], 0.0];
+        let mut side = [(2.0 * radius, OPEN); 2];
+        let mut nearest = f64::INFINITY;
+        for &j in self.lists.of(i) {
+            let r = sub(self.points[j as usize], p);
+            let d = norm(r);
+            nearest = nearest.min(d);
+            let way = usize::from(dot(r, t) > 0.0);
+            let s = along_surface(r, d, n, self.normals[j as usize]);
+            if s < side[way].0 {
+                side[way] = (s, j);
+            }
+        }
+        let mut out = Cell {
+            area: 0.0,
+            nearest,
+            mean: 0.0,
+            hole: 0.0,
+            corner: [0.0; 3],
+            valence: 0,
+            open: false,
+            clipped: false,
+        };
+        for (way, (s, j)) in side.into_iter().enumerate() {
+            let mut half = 0.5 * s;
+            let mut wall = false;
+            for a in 0..2 {
+                let ta = if way == 1 { t[a] } else { -t[a] };
+                let room = if ta > 0.0 { self.walls.hi[a] - p[a] } else { p[a] - self.walls.lo[a] };
+                if ta != 0.0 && room < half * ta.abs() {
+                    half = room / ta.abs();
+                    wall = true;
+                }
+            }
+            out.area += half;
+            if half > out.hole {
+                out.hole = half;
+                out.corner = scale(t, if way == 1 { half } else { -half });
+            }
+            out.clipped |= wall;
+            if j == OPEN {
+                out.open |= !wall;
+            } else {
+                out.valence += 1;
+                out.mean += s;
+                star(j, s);
+            }
+        }
+        out.mean /= f64::from(out.valence.max(1));
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use isoswarm_field::Aabb;
+
+    fn lattice(hexagonal: bool) -> Vec<V3> {
+        let mut points = Vec::new();
+        for b in -6..=6i32 {
+            for a in -6..=6i32 {
+                let shift = if hexagonal { 0.5 * f64::from(b) } else { 0.0 };
+                let rise = if hexagonal { 0.75f64.sqrt() } else { 1.0 };
+                points.push([f64::from(a) + shift, rise * f64::from(b), 0.0]);
+            }
+        }
+        points
+    }
+
+    fn centre(points: &[V3], walls: &Walls) -> (Cell, Vec<u32>) {
+        let normals = vec![[0.0, 0.0, 1.0]; points.len()];
+        let lists = Neighbors::find(points, crate::neighbors::Reach::Same(2.6), |_, _| true);
+        let stars = Stars { points, normals: &normals, lists: &lists, walls, radius: 1.3, size: &[] };
+        let mut star = Vec::new();
+        let cell = stars.cell(6 * 13 + 6, |j, _| star.push(j));
+        (cell, star)
+    }
+
+    #[test]
+    fn lattices_have_their_cells() {
+        let wide = Walls::new(&Aabb::new([-99.0; 3], [99.0; 3]), 3);
+        let (cell, star) = centre(&lattice(true), &wide);
+        assert!((cell.area - 0.75f64.sqrt()).abs() < 1e-14 && cell.valence == 6 && !cell.open, "{cell:?}");
+        assert!((cell.hole - 1.0 / 3f64.sqrt()).abs() < 1e-14 && (cell.mean - 1.0).abs() < 1e-14);
+        assert_eq!(star.len(), 6);
+        let (cell, _) = centre(&lattice(false), &wide);
+        assert!((cell.area - 1.0).abs() < 1e-14 && cell.valence == 4, "{cell:?}");
+    }
+
+    #[test]
+    fn a_face_cuts_the_cell() {
+        let walls = Walls::new(&Aabb::new([-99.0, -99.0, -99.0], [0.0, 99.0, 99.0]), 3);
+        let (cell, _) = centre(&lattice(false), &walls);
+        assert!((cell.area - 0.5).abs() < 1e-14 && cell.clipped && !cell.open, "{cell:?}");
+    }
+
+    #[test]
+    fn lengths_along_a_crease_and_an_arc() {
+        // A cube's edge: .3 on one face, .4 on the other.
+        let s = along_surface([0.3, -0.4, 0.0], 0.5, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+        assert!((s - 0.7).abs() < 1e-12, "{s}");
+        // An arc of .4 radians on the unit circle.
+        let (a, b) = ([0.0, 1.0, 0.0], [0.4f64.sin(), 0.4f64.cos(), 0.0]);
+        let s = along_surface(sub(b, a), norm(sub(b, a)), a, b);
+        assert!((s - 0.4).abs() < 2e-4, "{s}");
+    }
+}

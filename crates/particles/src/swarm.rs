@@ -1,0 +1,107 @@
+//! The floaters of the default method, as columns, and which of them see each other.
+
+use crate::neighbors::{Neighbors, Reach, spatial_order};
+use crate::vector::{V3, dot, sub};
+
+/// Floaters as columns of equal length.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Swarm {
+    /// Positions.
+    pub(crate) points: Vec<V3>,
+    /// Outward unit normals; zero where the gradient vanishes.
+    pub(crate) normals: Vec<V3>,
+    /// Displacement of the last step.
+    pub(crate) velocity: Vec<V3>,
+    /// Connected component of the seeds that each descends from.
+    pub(crate) label: Vec<u32>,
+    /// Relative size of each floater's share, density^(-1/2) (density^(-1) on curves); empty where all are equal.
+    pub(crate) size: Vec<f64>,
+}
+
+impl Swarm {
+    pub(crate) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The floaters `order[0]`, `order[1]`, ... (some may be left out or come twice).
+    pub(crate) fn pick(&self, order: &[u32]) -> Self {
+        fn take<T: Copy>(column: &[T], order: &[u32]) -> Vec<T> {
+            if column.is_empty() { Vec::new() } else { order.iter().map(|&i| column[i as usize]).collect() }
+        }
+        Self {
+            points: take(&self.points, order),
+            normals: take(&self.normals, order),
+            velocity: take(&self.velocity, order),
+            label: take(&self.label, order),
+            size: take(&self.size, order),
+        }
+    }
+
+    /// Sorted along a Morton curve with cells of the given side.
+    pub(crate) fn sorted(&self, cell: f64) -> Self {
+        self.pick(&spatial_order(&self.points, cell))
+    }
+
+    /// Adds one floater at rest.
+    pub(crate) fn push(&mut self, point: V3, normal: V3, label: u32, size: Option<f64>) {
+        self.points.push(point);
+        self.normals.push(normal);
+        self.velocity.push([0.0; 3]);
+        self.label.push(label);
+        self.size.extend(size);
+    }
+
+    /// Number of floaters of each component.
+    pub(crate) fn per_label(&self) -> Vec<u32> {
+        let mut counts = vec![0; self.label.iter().max().map_or(0, |&m| m as usize + 1)];
+        self.label.iter().for_each(|&l| counts[l as usize] += 1);
+        counts
+    }
+
+    /// The neighbours within `radius` times the larger of the two sizes, on the same sheet.
+    pub(crate) fn neighbors(&self, radius: f64) -> Neighbors {
+        let keep = |i: usize, j: usize| same_sheet(self.points[i], self.points[j], self.normals[i], self.normals[j]);
+        if self.size.is_empty() {
+            Neighbors::find(&self.points, Reach::Same(radius), keep)
+        } else {
+            let reach: Vec<f64> = self.size.iter().map(|s| s * radius).collect();
+            Neighbors::find(&self.points, Reach::Each(&reach), keep)
+        }
+    }
+}
+
+/// Whether two floaters lie on the same sheet of the surface, as far as their normals tell. Neighbours through a thin
+/// sheet have opposing normals; those two sheets further have parallel normals and a segment along them. A floater
+/// without a normal belongs to every sheet.
+#[inline(always)]
+pub(crate) fn same_sheet(p: V3, q: V3, n: V3, m: V3) -> bool {
+    const OPPOSING: f64 = -0.5;
+    const STACKED: f64 = 0.5;
+    let c = dot(n, m);
+    if c < OPPOSING {
+        return false;
+    }
+    if c < STACKED {
+        return true;
+    }
+    let r = sub(p, q);
+    let (a, b, d2) = (dot(r, n), dot(r, m), dot(r, r));
+    !(a * a > 0.5 * d2 && b * b > 0.5 * d2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::same_sheet;
+
+    #[test]
+    fn sheets_are_told_apart_by_normals() {
+        let up = [0.0, 0.0, 1.0];
+        let down = [0.0, 0.0, -1.0];
+        let side = [1.0, 0.0, 0.0];
+        assert!(same_sheet([0.0; 3], [1.0, 0.0, 0.1], up, up));
+        assert!(!same_sheet([0.0; 3], [1.0, 0.0, -0.1], up, down), "the faces of a pancake");
+        assert!(!same_sheet([0.0; 3], [0.1, 0.0, -1.0], up, up), "every other shell");
+        assert!(same_sheet([0.0, 0.0, 1.0], [0.5, 0.0, 0.5], up, side), "over the edge of a cube");
+        assert!(same_sheet([0.0; 3], [0.0, 0.0, 1.0], [0.0; 3], up), "next to an apex");
+    }
+}
