@@ -5,6 +5,7 @@ mod eval;
 pub mod graph;
 mod interval;
 mod kernel;
+pub mod json;
 pub mod math;
 pub mod model;
 pub mod op;

@@ -33,8 +33,8 @@ enum Step {
 }
 
 const UNARY: [&str; 18] = [
-    "neg", "abs", "sqrt", "square", "floor", "ceil", "round", "sin", "cos", "tan", "asin", "acos", "atan", "ln",
-    "not", "exp", "recip", "copy",
+    "neg", "abs", "sqrt", "square", "floor", "ceil", "round", "sin", "cos", "tan", "asin", "acos", "atan",
+    "ln", "not", "exp", "recip", "copy",
 ];
 const BINARY: [&str; 11] = ["add", "sub", "mul", "div", "min", "max", "atan2", "compare", "mod", "and", "or"];
 const AXES: [&str; 3] = ["var-x", "var-y", "var-z"];
@@ -101,7 +101,10 @@ impl Program {
                     return Ok(());
                 }
                 let given = if words.len() > 3 { "more".to_string() } else { words.len().to_string() };
-                fail(number, format!("`{op}` takes {n} operand{}, given {given}", if n == 1 { "" } else { "s" }))
+                fail(
+                    number,
+                    format!("`{op}` takes {n} operand{}, given {given}", if n == 1 { "" } else { "s" }),
+                )
             };
             let operand = |k: usize| match names.get(words[k]) {
                 Some(&n) => Ok(n),
@@ -111,7 +114,12 @@ impl Program {
                 count(1)?;
                 match words[0].parse::<f64>() {
                     Ok(v) if v.is_finite() => Step::Const(v),
-                    _ => return fail(number, format!("expected a finite number, found `{}`", shown(words[0]))),
+                    _ => {
+                        return fail(
+                            number,
+                            format!("expected a finite number, found `{}`", shown(words[0])),
+                        );
+                    }
                 }
             } else if let Some(axis) = AXES.iter().position(|a| *a == op) {
                 count(0)?;
@@ -123,7 +131,10 @@ impl Program {
                 count(2)?;
                 Step::Binary(known, operand(0)?, operand(1)?)
             } else if op == "rand" || op == "mix" {
-                return fail(number, format!("`{op}` scrambles bits and cannot be differentiated; remove it"));
+                return fail(
+                    number,
+                    format!("`{op}` scrambles bits and cannot be differentiated; remove it"),
+                );
             } else {
                 let known = AXES.iter().chain(&UNARY).chain(&BINARY).copied().chain(["const"]);
                 let hint = crate::text::suggestion(op, known);
@@ -172,7 +183,9 @@ impl Program {
     pub fn of(model: &Model) -> Result<Self, FieldError> {
         let lowered = model.lower()?;
         let &[root] = lowered.roots.as_slice() else {
-            return Err(FieldError::Invalid("a .vm tape has one result; this model has several components".into()));
+            return Err(FieldError::Invalid(
+                "a .vm tape has one result; this model has several components".into(),
+            ));
         };
         if let Some(leaf) = lowered.leaves.first() {
             return Err(FieldError::Invalid(format!(
@@ -194,9 +207,7 @@ impl Program {
                 Expr::Const(bits) => this.constant(f64::from_bits(bits))?,
                 Expr::Param(k) => this.constant(lowered.params[k as usize].value)?,
                 Expr::Input(a) => this.push(Step::Axis(a as u8)),
-                Expr::Op(op, [a, b, c]) => {
-                    this.operation(op, [a, b, c].map(|n| place[n.0 as usize]))
-                }
+                Expr::Op(op, [a, b, c]) => this.operation(op, [a, b, c].map(|n| place[n.0 as usize])),
             };
         }
         Ok(this)
@@ -209,7 +220,9 @@ impl Program {
 
     fn constant(&mut self, v: f64) -> Result<u32, FieldError> {
         if !v.is_finite() {
-            return Err(FieldError::Invalid(format!("a part of the model is {v} everywhere: check its divisions")));
+            return Err(FieldError::Invalid(format!(
+                "a part of the model is {v} everywhere: check its divisions"
+            )));
         }
         Ok(self.push(Step::Const(v)))
     }

@@ -1,6 +1,6 @@
 //! From the arguments of a call, `sphere(r=1)` or `union(a, b)`, to a node: one rule for text and Python.
 
-use super::{Layout, Model, Operands, Param, Payload, PayloadKind, kind, kinds};
+use super::{Category, Kind, Layout, Model, Operands, Param, Payload, PayloadKind, kind, kinds};
 use crate::FieldError;
 use crate::text::suggestion;
 
@@ -24,17 +24,35 @@ impl Value {
     fn as_number(&self) -> Option<f64> {
         match self {
             Value::Number(v) => Some(*v),
-            Value::Model(m) => m.as_constant(),
+            Value::Model(m) => closed_value(m),
         }
     }
 
     fn store(self, p: &mut Param) {
-        match (self.as_number(), self) {
-            (Some(v), _) => p.value = v,
-            (None, Value::Model(m)) => p.expr = Some(m),
-            (None, Value::Number(_)) => unreachable!("a number is a number"),
+        match self {
+            Value::Number(v) => p.value = v,
+            Value::Model(m) => match closed_value(&m) {
+                Some(v) => p.value = v,
+                None => p.expr = Some(m),
+            },
         }
     }
+}
+
+/// The value of a formula without coordinates and parameters, such as 2*pi.
+fn closed_value(m: &Model) -> Option<f64> {
+    let mut seen = rustc_hash::FxHashSet::default();
+    let mut rest = vec![m];
+    while let Some(m) = rest.pop() {
+        if m.as_constant().is_none() && m.kind().category != Category::Formula {
+            return None;
+        }
+        if seen.insert(m.id()) {
+            rest.extend(m.operands());
+        }
+    }
+    let lowered = m.lower().ok()?;
+    lowered.graph.as_constant(lowered.roots[0])
 }
 
 /// Why a call makes no sense, and which argument is to blame (positional ones first).
@@ -111,9 +129,9 @@ impl Model {
         keyword: Vec<(String, Value)>,
     ) -> Result<Self, CallError> {
         let fail = |argument, reason: String| Err(CallError { argument, reason });
-        let callable = |k: &super::Kind| {
-            matches!(k.payload, PayloadKind::None | PayloadKind::Exponents | PayloadKind::Expression)
-                && k.layout != Layout::Own
+        let callable = |k: &Kind| {
+            k.category != Category::Atom
+                && matches!(k.payload, PayloadKind::None | PayloadKind::Exponents | PayloadKind::Expression)
         };
         let Some(k) = kind(name).filter(|k| callable(k)) else {
             let known = kinds().iter().filter(|k| callable(k)).map(|k| k.name);
@@ -177,7 +195,7 @@ impl Model {
 }
 
 /// Stores the value of parameter `n`, which may be the next of a repeating group.
-fn fill(k: &super::Kind, params: &mut Vec<Param>, filled: &mut Vec<bool>, n: usize, v: Value) {
+fn fill(k: &Kind, params: &mut Vec<Param>, filled: &mut Vec<bool>, n: usize, v: Value) {
     if n == params.len() {
         params.push(group_param(k, n));
         filled.push(false);
@@ -187,13 +205,18 @@ fn fill(k: &super::Kind, params: &mut Vec<Param>, filled: &mut Vec<bool>, n: usi
 }
 
 /// Parameter `n` of a node with repeating groups, at its default.
-pub(crate) fn group_param(k: &super::Kind, n: usize) -> Param {
-    let i = n - k.params.len();
-    let spec = &k.group[i % k.group.len()];
-    Param { name: format!("{}{}", spec.name, i / k.group.len()).into(), ..Param::from_spec(spec) }
+fn group_param(k: &Kind, n: usize) -> Param {
+    let spec = &k.group[(n - k.params.len()) % k.group.len()];
+    Param { name: group_name(k, n).into(), ..Param::from_spec(spec) }
 }
 
-fn param_number(k: &super::Kind, key: &str) -> Option<usize> {
+/// The name of parameter `n` of a node with repeating groups.
+pub(super) fn group_name(k: &Kind, n: usize) -> String {
+    let i = n - k.params.len();
+    format!("{}{}", k.group[i % k.group.len()].name, i / k.group.len())
+}
+
+fn param_number(k: &Kind, key: &str) -> Option<usize> {
     if let Some(i) = k.params.iter().position(|s| s.name == key) {
         return Some(i);
     }
@@ -205,7 +228,7 @@ fn param_number(k: &super::Kind, key: &str) -> Option<usize> {
 }
 
 /// What a kind takes, for error messages.
-pub(crate) fn signature(k: &super::Kind) -> String {
+fn signature(k: &Kind) -> String {
     let mut parts = Vec::new();
     if k.operands != Operands::Exactly(0) {
         parts.push(k.operands.to_string());
@@ -232,7 +255,10 @@ fn monomial_arguments(
         degree = (0..=MAX_DEGREE).find(|d| (d + 1) * (d + 2) * (d + 3) / 6 == given);
         if degree.is_none() {
             let counts = "1, 4, 10, 20, 35, … coefficients for degree 0, 1, 2, 3, 4, …";
-            return fail(Some(given - 1), format!("algebraic takes {counts}, given {given}; or name them: c_x2=1"));
+            return fail(
+                Some(given - 1),
+                format!("algebraic takes {counts}, given {given}; or name them: c_x2=1"),
+            );
         }
     }
     for (j, (key, v)) in keyword.iter().enumerate().filter(|(_, (key, _))| key == "degree") {

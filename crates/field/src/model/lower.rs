@@ -75,7 +75,11 @@ impl Lower {
                     continue;
                 }
                 let discrete = model.kind().spec(i).is_some_and(|s| s.discrete);
-                p.push(if discrete { self.graph.constant(param.value) } else { self.graph.param(first + own) });
+                p.push(if discrete {
+                    self.graph.constant(param.value)
+                } else {
+                    self.graph.param(first + own)
+                });
                 own += 1;
             }
             (model.kind().build)(self, &Call { model, p, at })
@@ -106,7 +110,9 @@ impl Lower {
 
     /// The output of an opaque leaf.
     pub(crate) fn leaf(&mut self, c: &Call) -> Node {
-        let Payload::Callback(callback) = c.model.payload() else { unreachable!("checked when the node was made") };
+        let Payload::Callback(callback) = c.model.payload() else {
+            unreachable!("checked when the node was made")
+        };
         let output = self.graph.axis(MAX_AXES + self.leaves.len());
         let name = c.model.name().unwrap_or(callback.name()).to_string();
         self.leaves.push(Leaf { callback: callback.clone(), inputs: c.at.to_vec(), name });

@@ -18,8 +18,8 @@ pub(crate) use lower::Call;
 pub use lower::{Lower, Lowered, MAX_GRAPH};
 pub use parameters::ParamInfo;
 
-pub use crate::graph::MAX_AXES;
 use crate::FieldError;
+pub use crate::graph::MAX_AXES;
 use crate::vm::Program;
 
 /// Largest depth of a tree.
@@ -232,7 +232,8 @@ pub(crate) fn guarded<R>(step: impl FnOnce() -> R) -> R {
 }
 
 fn check_name(name: &str) -> Result<(), FieldError> {
-    if name.is_empty() || name.len() > 200 || name.contains(|c: char| c == '/' || c == '*' || c.is_control()) {
+    if name.is_empty() || name.len() > 200 || name.contains(|c: char| c == '/' || c == '*' || c.is_control())
+    {
         return Err(FieldError::Invalid(format!(
             "`{name}` cannot be a name: give 1 to 200 characters without `/` and `*`"
         )));
@@ -260,7 +261,11 @@ fn check(kind: &Kind, params: &[Param], operands: &[Model], payload: &Payload) -
     if !count_is_right {
         return wrong(match kind.layout {
             Layout::Groups => {
-                format!("expected {fixed} parameters and then groups of {}, given {}", kind.group.len(), params.len())
+                format!(
+                    "expected {fixed} parameters and then groups of {}, given {}",
+                    kind.group.len(),
+                    params.len()
+                )
             }
             Layout::Monomials => format!("expected a coefficient for each monomial, given {}", params.len()),
             _ => format!("expected {fixed} parameters, given {}", params.len()),
@@ -268,15 +273,27 @@ fn check(kind: &Kind, params: &[Param], operands: &[Model], payload: &Payload) -
     }
     for (i, p) in params.iter().enumerate() {
         check_name(&p.name)?;
+        let expected = match (kind.layout, payload) {
+            (Layout::Own, _) => None,
+            (Layout::Monomials, Payload::Exponents(e)) => Some(kinds::coefficient_name(e[i])),
+            _ if i >= fixed => Some(arguments::group_name(kind, i)),
+            _ => Some(kind.params[i].name.to_string()),
+        };
+        if let Some(expected) = expected.filter(|e| **e != *p.name) {
+            return wrong(format!("expected the parameter {expected}, given {}", p.name));
+        }
         check_param(kind, kind.spec(i), p)?;
     }
     match payload {
         Payload::Number(v) if !v.is_finite() => wrong(format!("a constant must be finite, given {v}")),
         Payload::Exponents(e) => {
-            let mut sorted = e.to_vec();
-            sorted.sort_unstable();
-            match sorted.windows(2).find(|w| w[0] == w[1]) {
-                Some(w) => wrong(format!("the monomial with exponents {:?} is given twice", w[0])),
+            let order = |[x, y, z]: [u8; 3]| (x as u32 + y as u32 + z as u32, z, y);
+            match e.windows(2).find(|w| order(w[0]) >= order(w[1])) {
+                Some(w) => wrong(format!(
+                    "the monomials must come by degree, then by the exponents of z and y, each once; {:?} stands \
+                     before {:?}",
+                    w[0], w[1]
+                )),
                 None => Ok(()),
             }
         }
@@ -377,11 +394,5 @@ impl PartialEq for Model {
             rest.extend(a.below().zip(b.below()));
         }
         true
-    }
-}
-
-impl std::fmt::Debug for Model {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Model({})", self.0.kind.name)
     }
 }

@@ -163,7 +163,11 @@ impl Model {
         })
     }
 
-    fn rebuilt(&self, places: &Places, change: &mut dyn FnMut(usize, &mut Param)) -> Result<Self, FieldError> {
+    fn rebuilt(
+        &self,
+        places: &Places,
+        change: &mut dyn FnMut(usize, &mut Param),
+    ) -> Result<Self, FieldError> {
         fn visit(
             m: &Model,
             places: &Places,

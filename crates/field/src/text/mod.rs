@@ -1,5 +1,9 @@
-//! Formulas as people write them.
+//! Formulas as people write them: reading and printing.
 
+mod lexer;
+mod parser;
+mod print;
 mod suggest;
 
+pub use parser::{MAX_NESTING, MAX_TEXT, Options, parse, parse_with};
 pub(crate) use suggest::suggestion;

@@ -1,7 +1,7 @@
 //! Coordinates, constants, free-standing parameters, and what holds a model together.
 
-use crate::model::kind::{Category, Kind, Layout, Operands, PayloadKind};
 use crate::model::Payload;
+use crate::model::kind::{Category, Kind, Layout, Operands, PayloadKind};
 
 const ATOM: Kind = Kind { category: Category::Atom, ..Kind::ROW };
 const STRUCTURE: Kind = Kind { category: Category::Structure, ..Kind::ROW };

@@ -131,7 +131,9 @@ pub const KINDS: &[Kind] = &[
                 .within(f64::MIN_POSITIVE, f64::INFINITY),
             ParamSpec::new("b", 0.5, "value", "How far the blend reaches from the second operand.")
                 .within(f64::MIN_POSITIVE, f64::INFINITY),
-            ParamSpec::new("d", 2.0, "", "Degree: the larger, the sharper the seam.").within(2.0, 64.0).discrete(),
+            ParamSpec::new("d", 2.0, "", "Degree: the larger, the sharper the seam.")
+                .within(2.0, 64.0)
+                .discrete(),
         ],
         build: |l, c| {
             let mut h = l.graph.constant(1.0);
@@ -161,7 +163,9 @@ pub const KINDS: &[Kind] = &[
         ],
         build: |l, c| {
             if c.discrete(0) == 0 {
-                return Err(FieldError::Invalid("r_blend: s must be 1 (intersection) or -1 (union), given 0".into()));
+                return Err(FieldError::Invalid(
+                    "r_blend: s must be 1 (intersection) or -1 (union), given 0".into(),
+                ));
             }
             let (f, h) = (l.operand(c, 0)?, l.operand(c, 1)?);
             let g = &mut l.graph;

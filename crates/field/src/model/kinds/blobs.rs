@@ -132,7 +132,8 @@ pub const KINDS: &[Kind] = &[
         formula: "iso − Σ exp(−sharpness (|p − cᵢ|²/rᵢ² − 1))",
         params: &[
             ParamSpec { name: "iso", default: 1.0, ..BIAS },
-            ParamSpec::new("sharpness", 2.0, "", "How fast an atom fades.").within(f64::MIN_POSITIVE, f64::INFINITY),
+            ParamSpec::new("sharpness", 2.0, "", "How fast an atom fades.")
+                .within(f64::MIN_POSITIVE, f64::INFINITY),
         ],
         group: BALL,
         build: |l, c| {

@@ -5,7 +5,8 @@ use crate::model::kind::{Category, Kind, Operands, ParamSpec};
 use crate::model::{Call, Lower};
 use crate::{FieldError, Graph, Node};
 
-const DEFORMATION: Kind = Kind { category: Category::Deformation, operands: Operands::Exactly(1), ..Kind::ROW };
+const DEFORMATION: Kind =
+    Kind { category: Category::Deformation, operands: Operands::Exactly(1), ..Kind::ROW };
 
 const fn length(name: &'static str, default: f64, doc: &'static str) -> ParamSpec {
     ParamSpec::new(name, default, "length", doc)
@@ -19,8 +20,7 @@ const fn angle(name: &'static str, doc: &'static str) -> ParamSpec {
     ParamSpec::new(name, 0.0, "angle", doc)
 }
 
-const AXIS: ParamSpec =
-    ParamSpec::new("axis", 2.0, "index", "0: x, 1: y, 2: z.").within(0.0, 2.0).discrete();
+const AXIS: ParamSpec = ParamSpec::new("axis", 2.0, "index", "0: x, 1: y, 2: z.").within(0.0, 2.0).discrete();
 
 /// The coordinates with `axis` last, the others in cyclic order.
 fn along(at: [Node; 3], axis: i64) -> [Node; 3] {
@@ -111,11 +111,7 @@ pub const KINDS: &[Kind] = &[
         name: "translate",
         doc: "The operand moved by (x, y, z).",
         formula: "f(p − (x, y, z))",
-        params: &[
-            length("x", 0.0, "Along x."),
-            length("y", 0.0, "Along y."),
-            length("z", 0.0, "Along z."),
-        ],
+        params: &[length("x", 0.0, "Along x."), length("y", 0.0, "Along y."), length("z", 0.0, "Along z.")],
         build: |l, c| {
             let at = [0, 1, 2].map(|k| l.graph.sub(c.at[k], c.p[k]));
             l.moved(c, at)
@@ -238,7 +234,10 @@ pub const KINDS: &[Kind] = &[
         name: "twist",
         doc: "The operand twisted about an axis.",
         formula: "f(x cos t + y sin t, y cos t − x sin t, z), t = rate · z",
-        params: &[ParamSpec::new("rate", 1.0, "angle/length", "Radians per unit of length along the axis."), AXIS],
+        params: &[
+            ParamSpec::new("rate", 1.0, "angle/length", "Radians per unit of length along the axis."),
+            AXIS,
+        ],
         build: |l, c| {
             let axis = c.discrete(1);
             let [x, y, z] = along(c.at, axis);

@@ -59,7 +59,7 @@ pub const KINDS: &[Kind] = &[
         let terms = l.operands(c)?;
         Ok(l.graph.sum(&terms))
     }),
-    function!("sub" ["minus"], "f − g", "The difference of two numbers.", |g, a, b| g.sub(a, b)),
+    function!("sub"["minus"], "f − g", "The difference of two numbers.", |g, a, b| g.sub(a, b)),
     many("mul", "f · g · …", "The product.", |l, c| {
         let terms = l.operands(c)?;
         Ok(terms[1..].iter().fold(terms[0], |a, &b| l.graph.mul(a, b)))
@@ -76,7 +76,7 @@ pub const KINDS: &[Kind] = &[
         let terms = l.operands(c)?;
         Ok(l.graph.max_all(&terms))
     }),
-    many("hypot" , "√(f² + g² + …)", "The length of a vector; derivative 0 at 0.", |l, c| {
+    many("hypot", "√(f² + g² + …)", "The length of a vector; derivative 0 at 0.", |l, c| {
         let terms = l.operands(c)?;
         Ok(l.graph.length(&terms))
     }),
@@ -85,7 +85,7 @@ pub const KINDS: &[Kind] = &[
     function!("square" [], "f²", "The square.", |g, a| g.square(a)),
     function!("cbrt" [], "∛f", "The cube root, also of negative numbers, for |f| < 1e150.", |g, a| cbrt(g, a)),
     function!("exp" [], "e^f", "The exponential function.", |g, a| g.exp(a)),
-    function!("ln" ["log"], "ln f", "The natural logarithm.", |g, a| g.ln(a)),
+    function!("ln"["log"], "ln f", "The natural logarithm.", |g, a| g.ln(a)),
     function!("log2" [], "ln f / ln 2", "The logarithm to base 2.", |g, a| {
         let (l, k) = (g.ln(a), g.constant(std::f64::consts::LOG2_E));
         g.mul(l, k)
@@ -129,25 +129,28 @@ pub const KINDS: &[Kind] = &[
         g.select(zero, a, one, rest)
     }),
     function!("less" [], "f < g", "1 where f < g, else 0; derivative 0.", |g, a, b| g.less(a, b)),
-    function!("where" ["select"], "g where f ≠ 0, else h",
+    function!(
+        "where"["select"],
+        "g where f ≠ 0, else h",
         "One of two values; `where(x < 1, f, g)`. The surface may tear where the condition changes.",
-        |g, mask, a, b| choose(g, mask, a, b)),
+        |g, mask, a, b| choose(g, mask, a, b)
+    ),
     function!("step" [], "1 where g ≥ f, else 0", "A step at f; derivative 0.", |g, edge, a| {
         let (zero, one) = (g.constant(0.0), g.constant(1.0));
         g.select(a, edge, zero, one)
     }),
     function!("smoothstep" [], "t²(3 − 2t), t = clamp((h − f)/(g − f), 0, 1)",
-        "A smooth step of h from f to g.", |g, lo, hi, a| {
-            let (above, width) = (g.sub(a, lo), g.sub(hi, lo));
-            let t = g.div(above, width);
-            let (zero, one) = (g.constant(0.0), g.constant(1.0));
-            let t = clamp(g, t, zero, one);
-            let (two, three) = (g.constant(2.0), g.constant(3.0));
-            let (twice, squared) = (g.mul(two, t), g.square(t));
-            let rest = g.sub(three, twice);
-            g.mul(squared, rest)
-        }),
-    function!("lerp" ["mix"], "f + h (g − f)", "From f at h = 0 to g at h = 1.", |g, a, b, t| {
+    "A smooth step of h from f to g.", |g, lo, hi, a| {
+        let (above, width) = (g.sub(a, lo), g.sub(hi, lo));
+        let t = g.div(above, width);
+        let (zero, one) = (g.constant(0.0), g.constant(1.0));
+        let t = clamp(g, t, zero, one);
+        let (two, three) = (g.constant(2.0), g.constant(3.0));
+        let (twice, squared) = (g.mul(two, t), g.square(t));
+        let rest = g.sub(three, twice);
+        g.mul(squared, rest)
+    }),
+    function!("lerp"["mix"], "f + h (g − f)", "From f at h = 0 to g at h = 1.", |g, a, b, t| {
         let d = g.sub(b, a);
         let part = g.mul(t, d);
         g.add(a, part)

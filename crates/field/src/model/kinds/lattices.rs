@@ -67,12 +67,18 @@ fn cyclic(g: &mut Graph, a: &[Node; 3], b: &[Node; 3], c: Option<&[Node; 3]>) ->
 }
 
 pub const KINDS: &[Kind] = &[
-    lattice!("gyroid", "Schoen's gyroid.", "sin X cos Y + sin Y cos Z + sin Z cos X − level; X = 2πx/period", |g, w| {
-        cyclic(g, &w.s, &w.c, None)
-    }),
-    lattice!("schwarz_p", "Schwarz' primitive surface.", "cos X + cos Y + cos Z − level; X = 2πx/period", |g, w| {
-        g.sum(&w.c)
-    }),
+    lattice!(
+        "gyroid",
+        "Schoen's gyroid.",
+        "sin X cos Y + sin Y cos Z + sin Z cos X − level; X = 2πx/period",
+        |g, w| { cyclic(g, &w.s, &w.c, None) }
+    ),
+    lattice!(
+        "schwarz_p",
+        "Schwarz' primitive surface.",
+        "cos X + cos Y + cos Z − level; X = 2πx/period",
+        |g, w| { g.sum(&w.c) }
+    ),
     lattice!(
         "schwarz_d",
         "Schwarz' diamond surface.",
