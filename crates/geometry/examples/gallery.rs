@@ -198,13 +198,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::create_dir_all(&folder)?;
     let discs = PictureOptions { style: Style::Discs, ..Default::default() };
     let surface = PictureOptions::default();
+    let slate = PictureOptions { body: Some([0.17, 0.20, 0.25]), ..discs };
+    let open = PictureOptions { body: None, ..discs };
     let height = PictureOptions { coloring: Coloring::Height, ..surface };
-    let pictures: [(&str, fn() -> Cloud, PictureOptions); 8] = [
+    let pictures: [(&str, fn() -> Cloud, PictureOptions); 10] = [
         ("sphere-discs", || sphere(2_000), discs),
         ("sphere-surface", || sphere(100_000), surface),
         ("torus-discs", || torus(4_000), PictureOptions { elevation: 0.7, ..discs }),
         ("trefoil-discs", || trefoil(9_000), PictureOptions { elevation: 0.9, ..discs }),
         ("trefoil-surface", || trefoil(100_000), PictureOptions { elevation: 0.9, ..height }),
+        ("sphere-open-discs", || sphere(2_000), open),
+        ("trefoil-slate-discs", || trefoil(9_000), PictureOptions { elevation: 0.9, ..slate }),
         ("gyroid-surface", || gyroid(0.035), surface),
         ("gyroid-discs", || gyroid(0.12), discs),
         ("molecule-surface", || molecule(0.02), surface),

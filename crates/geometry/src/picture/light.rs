@@ -32,7 +32,9 @@ pub(super) const KEY: V3 = [-0.42, 0.68, 0.60];
 pub(super) const GROUND_REACH: f32 = 2.4;
 const GROUND_CELLS: usize = 160;
 const GROUND_BLUR: isize = 2;
-const MAP: usize = 400;
+/// Cells along a depth map's side, least and most, and how many a disc's radius should have.
+const MAP: [f32; 2] = [96.0, 400.0];
+const CELLS_A_RADIUS: f32 = 2.5;
 const BATCH: usize = 16;
 const KEY_RAYS: usize = 16;
 /// Tangent of the key light's angular radius: a lamp the size of a fist at arm's length.
@@ -43,6 +45,8 @@ struct DepthMap {
     toward: V3,
     u: V3,
     v: V3,
+    /// Cells along a side.
+    side: usize,
     depth: Vec<f32>,
 }
 
@@ -66,6 +70,9 @@ pub(super) fn gather(
     }
     let mut light = vec![Light::default(); receivers.len()];
 
+    let mean = scene.radius.iter().map(|r| f64::from(*r)).sum::<f64>() / scene.len().max(1) as f64;
+    let side = (2.0 * CELLS_A_RADIUS / (mean as f32).max(1e-6)).clamp(MAP[0], MAP[1]) as usize;
+
     // Fewer directions for very many points: their number times the points is what costs.
     let skies = (12_000_000 / scene.len().max(1)).clamp(32, 112);
     let sky: Vec<V3> = sphere(skies);
@@ -75,7 +82,7 @@ pub(super) fn gather(
             if stop.load(Ordering::Relaxed) {
                 return Err(GeometryError::Cancelled);
             }
-            let maps: Vec<DepthMap> = batch.par_iter().map(|d| DepthMap::new(scene, *d)).collect();
+            let maps: Vec<DepthMap> = batch.par_iter().map(|d| DepthMap::new(scene, *d, side)).collect();
             light.par_iter_mut().zip(&receivers).with_min_len(256).for_each(|(light, receiver)| {
                 for map in &maps {
                     let cosine = dot(map.toward, receiver.normal);
@@ -97,10 +104,10 @@ pub(super) fn gather(
 }
 
 impl DepthMap {
-    fn new(scene: &Scene, toward: V3) -> Self {
+    fn new(scene: &Scene, toward: V3, side: usize) -> Self {
         let (u, v) = frame(toward);
-        let mut depth = vec![f32::NEG_INFINITY; MAP * MAP];
-        let texel = 2.0 / MAP as f32;
+        let mut depth = vec![f32::NEG_INFINITY; side * side];
+        let texel = 2.0 / side as f32;
         for i in 0..scene.len() {
             let (p, n) = (scene.position[i], scene.normal[i]);
             // No smaller than a texel, or small discs would fall through the grid.
@@ -115,7 +122,7 @@ impl DepthMap {
             let reach_v = r * (1.0 - nv * nv).max(0.0).sqrt();
             let cells = |x: f32, reach: f32| {
                 let low = ((x - reach + 1.0) / texel - 0.5).ceil().max(0.0) as usize;
-                let high = ((x + reach + 1.0) / texel - 0.5).floor().min(MAP as f32 - 1.0);
+                let high = ((x + reach + 1.0) / texel - 0.5).floor().min(side as f32 - 1.0);
                 low..(high + 1.0).max(0.0) as usize
             };
             for row in cells(y, reach_v) {
@@ -124,18 +131,18 @@ impl DepthMap {
                     let a = (column as f32 + 0.5) * texel - 1.0 - x;
                     let h = slope_u * a + slope_v * b;
                     if a * a + b * b + h * h <= r * r {
-                        let cell = &mut depth[row * MAP + column];
+                        let cell = &mut depth[row * side + column];
                         *cell = cell.max(z + h);
                     }
                 }
             }
         }
-        Self { toward, u, v, depth }
+        Self { toward, u, v, side, depth }
     }
 
     /// How much of the light from this direction reaches a receiver, 0 to 1: four nearest cells, weighted.
     fn sees(&self, receiver: &Receiver, cosine: f32) -> f32 {
-        let texel = 2.0 / MAP as f32;
+        let texel = 2.0 / self.side as f32;
         // Off the surface, on the side that is lit, by more than a disc of the neighbourhood can stick out.
         let lift = (1.2 * texel + 0.6 * receiver.radius).copysign(cosine);
         let p = add(receiver.position, scaled(receiver.normal, lift));
@@ -146,8 +153,8 @@ impl DepthMap {
         let (fx, fy) = (x - x0, y - y0);
         let open = |dx: i32, dy: i32| {
             let (column, row) = (x0 as i32 + dx, y0 as i32 + dy);
-            let inside = (0..MAP as i32).contains(&column) && (0..MAP as i32).contains(&row);
-            f32::from(!inside || self.depth[row as usize * MAP + column as usize] <= z)
+            let inside = (0..self.side as i32).contains(&column) && (0..self.side as i32).contains(&row);
+            f32::from(!inside || self.depth[row as usize * self.side + column as usize] <= z)
         };
         (open(0, 0) * (1.0 - fx) + open(1, 0) * fx) * (1.0 - fy)
             + (open(0, 1) * (1.0 - fx) + open(1, 1) * fx) * fy

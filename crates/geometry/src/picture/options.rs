@@ -53,7 +53,7 @@ pub enum Coloring {
 
 impl Default for Coloring {
     fn default() -> Self {
-        Self::Uniform { front: [0.30, 0.58, 0.74], back: [0.90, 0.62, 0.36] }
+        Self::Uniform { front: [0.27, 0.57, 0.72], back: [0.93, 0.64, 0.38] }
     }
 }
 
@@ -119,10 +119,10 @@ pub struct PictureOptions {
     pub coloring: Coloring,
     /// What lies behind. Default a light gradient.
     pub background: Background,
-    /// Factor on every radius, more than 0 up to 10. Default (`None`) 0.78 for discs, so that gaps show, and 1 for a surface.
+    /// Factor on every radius, more than 0 up to 10. Default (`None`) 0.82 for discs, so that gaps show, and 1 for a surface.
     pub disc_scale: Option<f64>,
     /// Colour of the smooth surface that carries the discs and shows between them; `None` leaves the gaps open, so that
-    /// one sees through. Default a dark slate. Discs with normals only.
+    /// one sees through. Default ivory. Discs with normals only.
     pub body: Option<[f64; 3]>,
     /// Width of each disc's dark rim as a fraction of its radius, 0 (none) to 1. Default 0.14. Discs only.
     pub outline: f64,
@@ -150,7 +150,7 @@ impl Default for PictureOptions {
             coloring: Coloring::default(),
             background: Background::default(),
             disc_scale: None,
-            body: Some([0.17, 0.20, 0.25]),
+            body: Some([0.95, 0.94, 0.91]),
             outline: 0.14,
             ambient_occlusion: 1.0,
             shadow: 0.8,

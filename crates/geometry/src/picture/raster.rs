@@ -19,8 +19,12 @@ use crate::GeometryError;
 const TILE: usize = 32;
 /// Radius of the discs that decide what is visible in a surface, over the disc's radius: closes the gaps.
 const SEEN: f32 = 1.6;
+/// How far discs seen from behind step back, in radii: at the horizon of a closed surface those seen from the front win.
+const STEP_BACK: f32 = 1.5;
+/// Weight of a disc seen from behind: it counts only where there is none seen from the front.
+const WEIGHT_BEHIND: f32 = 0.01;
 /// Radius of the kernel that blends a surface, over the disc's radius.
-const BLEND: f32 = 2.0;
+const BLEND: f32 = 2.2;
 const NOTHING: u32 = u32::MAX;
 
 /// One disc relative to the eye.
@@ -64,13 +68,21 @@ struct Blend {
     color: V3,
     sky: f32,
     key: f32,
-    /// The disc whose centre is nearest, in units of its radius, and that (distance / `BLEND`)².
+    /// The disc whose centre is nearest, in units of its radius, and that (distance / `BLEND`)² over the
+    /// disc's weight.
     owner: u32,
     rho: f32,
 }
 
-const EMPTY: Blend =
-    Blend { weight: 0.0, normal: [0.0; 3], color: [0.0; 3], sky: 0.0, key: 0.0, owner: NOTHING, rho: 2.0 };
+const EMPTY: Blend = Blend {
+    weight: 0.0,
+    normal: [0.0; 3],
+    color: [0.0; 3],
+    sky: 0.0,
+    key: 0.0,
+    owner: NOTHING,
+    rho: f32::INFINITY,
+};
 
 /// The samples of a tile.
 struct Tile {
@@ -191,13 +203,18 @@ impl<'a> Raster<'a> {
         if !discs.is_empty() {
             tile.depth.fill(f32::INFINITY);
             tile.disc.fill(NOTHING);
-            let grow = if self.mode == Mode::Separate { self.scene.shown } else { SEEN };
             for &i in discs {
                 let disc = self.disc(i as usize);
+                let behind = dot(disc.normal, disc.center) > 0.0;
+                let (grow, step) = match (self.mode, behind) {
+                    (Mode::Separate, _) => (self.scene.shown, 0.0),
+                    (_, false) => (SEEN, 0.0),
+                    (_, true) => (SEEN, STEP_BACK * disc.radius),
+                };
                 let (depth, ids) = (&mut tile.depth, &mut tile.disc);
                 self.cover(tile.x, tile.y, &disc, disc.radius * grow, |k, t, _| {
-                    if t < depth[k] {
-                        depth[k] = t;
+                    if t + step < depth[k] {
+                        depth[k] = t + step;
                         ids[k] = i;
                     }
                 });
@@ -230,11 +247,12 @@ impl<'a> Raster<'a> {
                 let alpha = cover + behind;
                 let color = add(scaled(sum, share), scaled(back, behind));
                 let color = if alpha > 0.0 { scaled(color, 1.0 / alpha) } else { [0.0; 3] };
+                let noise = if cover < 1.0 { dither(tile.x + x, tile.y + y) } else { 0.0 };
                 let pixel = &mut strip[4 * (y * self.width + tile.x + x)..][..4];
                 pixel.copy_from_slice(&[
-                    byte(color[0]),
-                    byte(color[1]),
-                    byte(color[2]),
+                    byte(color[0], noise),
+                    byte(color[1], noise),
+                    byte(color[2], noise),
                     (alpha * 255.0 + 0.5) as u8,
                 ]);
             }
@@ -282,21 +300,22 @@ impl<'a> Raster<'a> {
             let i = i as usize;
             let disc = self.disc(i);
             let (normal, color, side) = self.visible_side(i, &disc);
+            let trust = if side == 0 { 1.0 } else { WEIGHT_BEHIND };
             let (sky, key) = (self.light[i].sky[side], self.light[i].key[side]);
             let (depth, seen, blend) = (&tile.depth, &tile.disc, &mut tile.blend);
             self.cover(tile.x, tile.y, &disc, disc.radius * BLEND, |k, t, rho| {
                 if seen[k] == NOTHING || t > depth[k] + 1.5 * disc.radius {
                     return;
                 }
-                let w = (1.0 - rho) * (1.0 - rho);
+                let w = (1.0 - rho) * (1.0 - rho) * trust;
                 let sum = &mut blend[k];
                 sum.weight += w;
                 sum.normal = add(sum.normal, scaled(normal, w));
                 sum.color = add(sum.color, scaled(color, w));
                 sum.sky += w * sky;
                 sum.key += w * key;
-                if rho < sum.rho {
-                    (sum.rho, sum.owner) = (rho, i as u32);
+                if rho / trust < sum.rho {
+                    (sum.rho, sum.owner) = (rho / trust, i as u32);
                 }
             });
         }
@@ -352,12 +371,13 @@ impl<'a> Raster<'a> {
     fn paint(&self, spot: &mut Spot, sum: &Blend, body: V3) {
         let i = sum.owner as usize;
         let disc = self.disc(i);
-        let distance = sum.rho.sqrt() * BLEND / self.scene.shown;
+        let (normal, color, side) = self.visible_side(i, &disc);
+        let rho = sum.rho * if side == 0 { 1.0 } else { WEIGHT_BEHIND };
+        let distance = rho.sqrt() * BLEND / self.scene.shown;
         if distance > 1.0 {
             spot.color = body;
             return;
         }
-        let (normal, color, _) = self.visible_side(i, &disc);
         spot.color = scaled(color, self.rim(&disc, distance));
         // Mostly flat: each disc catches the light by itself.
         spot.normal = unit(mixed(spot.normal, normal, 0.7));
@@ -371,6 +391,12 @@ impl<'a> Raster<'a> {
         let pixels = disc.radius * self.camera.focal / -disc.center[2];
         1.0 - 0.5 * ((pixels - 1.0) / 4.0).clamp(0.0, 1.0)
     }
+}
+
+/// Ordered noise, -½ to ½, that keeps the background's gradients free of bands.
+fn dither(x: usize, y: usize) -> f32 {
+    const BAYER: [[u8; 4]; 4] = [[0, 8, 2, 10], [12, 4, 14, 6], [3, 11, 1, 9], [15, 7, 13, 5]];
+    (f32::from(BAYER[y % 4][x % 4]) - 7.5) / 16.0
 }
 
 /// Disc numbers by tile.

@@ -49,7 +49,7 @@ impl Scene {
             cloud.points.iter().map(|p| std::array::from_fn(|k| (p[k] - center[k]) / size)).collect();
         let mut radii = radii(cloud, &points, size);
         let scale = options.disc_scale.unwrap_or(match options.style {
-            Style::Discs => 0.78,
+            Style::Discs => 0.82,
             Style::Surface => 1.0,
         });
         // Discs are cut out of a surface that keeps its radii, so that light does not leak through their gaps.

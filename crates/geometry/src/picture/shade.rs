@@ -63,10 +63,10 @@ impl<'a> Studio<'a> {
         // Diffuse: a warm key, a cool fill from the right, the sky, and what neighbours reflect into hollows.
         let lambert = dot(n, self.key).max(0.0) * key;
         let fill = dot(n, self.fill).max(0.0) * (1.0 - 0.7 * hidden);
-        let mut light = scaled([1.06, 1.0, 0.92], 1.15 * lambert);
+        let mut light = scaled([1.06, 1.0, 0.92], 1.16 * lambert);
         light = add(light, scaled([0.80, 0.90, 1.06], 0.16 * fill));
-        light = add(light, scaled([0.93, 0.98, 1.06], 0.62 * sky));
-        let bounce = scaled(spot.color, 0.30 * hidden);
+        light = add(light, scaled([0.93, 0.98, 1.06], 0.54 * sky));
+        let bounce = scaled(spot.color, 0.22 * hidden);
         light = add(light, bounce);
         let mut c = [spot.color[0] * light[0], spot.color[1] * light[1], spot.color[2] * light[2]];
 
