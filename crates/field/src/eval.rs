@@ -4,7 +4,8 @@
 
 use crate::op::{Op, apply, is_flat, pull};
 use crate::scalar::Scalar;
-use crate::tape::{ACTIVE, Code, Instr, Mode, Tape, Uniform};
+use crate::program::{Back, Program};
+use crate::tape::{Code, Mode, Uniform};
 
 /// Calls `$run!(Op)` with the operation as a constant, so that each arm compiles to its own loop.
 macro_rules! dispatch {
@@ -40,39 +41,53 @@ macro_rules! dispatch {
     };
 }
 
-/// Values of every instruction, for a block of points; `inputs[k]` is coordinate k.
+/// The forward sweep, for a block of points; `inputs[k]` is coordinate k. The result is in register `root`.
 #[inline(always)]
 pub(crate) fn forward<V: Scalar, const B: usize>(
-    tape: &Tape,
+    program: &Program,
     uniforms: &[V],
     inputs: &[[V; B]],
-    slots: &mut [[V; B]],
+    registers: &mut [[V; B]],
 ) {
-    for (i, instr) in tape.instrs.iter().enumerate() {
-        let (done, rest) = slots.split_at_mut(i);
-        let out = &mut rest[0];
-        let [a, b, c] = instr.args;
-        match instr.code {
-            Code::Input => *out = inputs[a as usize],
-            Code::Uniform => *out = [tape.uniform(uniforms, a); B],
+    for step in &program.forward {
+        let [a, b, c] = step.args.map(|r| r as usize);
+        let out = step.out as usize;
+        match step.code {
+            Code::Input => registers[out] = inputs[a],
+            Code::Uniform => registers[out] = [program.uniform(uniforms, step.args[0]); B],
             Code::Op(op, Mode::Slots) => {
-                let (a, b, c) = (&done[a as usize], &done[b as usize], &done[c as usize]);
                 macro_rules! run {
                     ($op:expr) => {
-                        for j in 0..B {
-                            out[j] = apply($op, a[j], b[j], c[j]);
+                        match const { $op.arity() } {
+                            1 => {
+                                if let Ok([out, a]) = registers.get_disjoint_mut([out, a]) {
+                                    map::<V, B>(out, |j| apply($op, a[j], a[j], a[j]));
+                                }
+                            }
+                            2 => match registers.get_disjoint_mut([out, a, b]) {
+                                Ok([out, a, b]) => map::<V, B>(out, |j| apply($op, a[j], b[j], b[j])),
+                                // Both operands are one register; the result's is always another.
+                                Err(_) => {
+                                    let a = registers[a];
+                                    map::<V, B>(&mut registers[out], |j| apply($op, a[j], a[j], a[j]));
+                                }
+                            },
+                            _ => {
+                                let (a, b, c) = (registers[a], registers[b], registers[c]);
+                                map::<V, B>(&mut registers[out], |j| apply($op, a[j], b[j], c[j]));
+                            }
                         }
                     };
                 }
                 dispatch!(op, run)
             }
             Code::Op(op, Mode::SlotUniform) => {
-                let (a, b) = (&done[a as usize], tape.uniform(uniforms, b));
+                let b = program.uniform(uniforms, step.args[1]);
                 macro_rules! run {
                     ($op:expr) => {
                         if const { $op.arity() == 2 } {
-                            for j in 0..B {
-                                out[j] = apply($op, a[j], b, b);
+                            if let Ok([out, a]) = registers.get_disjoint_mut([out, a]) {
+                                map::<V, B>(out, |j| apply($op, a[j], b, b));
                             }
                         }
                     };
@@ -80,12 +95,12 @@ pub(crate) fn forward<V: Scalar, const B: usize>(
                 dispatch!(op, run)
             }
             Code::Op(op, Mode::UniformSlot) => {
-                let (a, b) = (tape.uniform(uniforms, a), &done[b as usize]);
+                let a = program.uniform(uniforms, step.args[0]);
                 macro_rules! run {
                     ($op:expr) => {
                         if const { $op.arity() == 2 && !$op.commutes() } {
-                            for j in 0..B {
-                                out[j] = apply($op, a, b[j], b[j]);
+                            if let Ok([out, b]) = registers.get_disjoint_mut([out, b]) {
+                                map::<V, B>(out, |j| apply($op, a, b[j], b[j]));
                             }
                         }
                     };
@@ -93,6 +108,14 @@ pub(crate) fn forward<V: Scalar, const B: usize>(
                 dispatch!(op, run)
             }
         }
+    }
+}
+
+/// Fills a block. A function of its own, so that the compiler knows that the block overlaps nothing.
+#[inline(always)]
+fn map<V: Scalar, const B: usize>(out: &mut [V; B], f: impl Fn(usize) -> V) {
+    for j in 0..B {
+        out[j] = f(j);
     }
 }
 
@@ -159,75 +182,70 @@ impl<V: Scalar, const B: usize> Sink<V, B> for Full<'_, V, B> {
     }
 }
 
-/// The adjoint of every active instruction, after [`forward`]; those of the inputs are ∂F/∂x.
+/// The reverse sweep, after [`forward`]: leaves ∂F/∂x in the registers `input_adjoints`.
 #[inline(always)]
 pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
-    tape: &Tape,
+    program: &Program,
     uniforms: &[V],
-    slots: &[[V; B]],
+    registers: &[[V; B]],
     adjoints: &mut [[V; B]],
     sink: &mut S,
 ) {
-    let n = tape.instrs.len();
-    adjoints[n - 1] = [V::from_f64(1.0); B];
-    for i in (0..n).rev() {
-        let instr = &tape.instrs[i];
-        if instr.flags & ACTIVE == 0 {
-            continue;
-        }
-        let (before, rest) = adjoints.split_at_mut(i);
-        let g = &rest[0];
-        let r = &slots[i];
-        let [a, b, _] = instr.args;
-        match instr.code {
+    adjoints[program.root_adjoint as usize] = [V::from_f64(1.0); B];
+    for back in &program.backward {
+        let r = &registers[back.value as usize];
+        let [a, b, _] = back.args;
+        match back.code {
             Code::Input => {}
             Code::Uniform => {
                 if sink.wants(a) {
-                    sink.add(a, g);
+                    sink.add(a, &adjoints[back.adjoint as usize]);
                 }
             }
             Code::Op(op, Mode::Slots) => {
-                let (va, vb) = (&slots[a as usize], &slots[b as usize]);
+                let (va, vb) = (&registers[a as usize], &registers[b as usize]);
                 macro_rules! run {
                     ($op:expr) => {{
                         if const { $op.arity() == 3 } {
-                            operand::<V, B>(instr, 2, before, |j| pull($op, 2, g[j], va[j], vb[j], r[j]));
+                            operand::<V, B>(back, 2, adjoints, |g, j| pull($op, 2, g, va[j], vb[j], r[j]));
                         }
                         if const { $op.arity() >= 2 && !is_flat($op, 1) } {
-                            operand::<V, B>(instr, 1, before, |j| pull($op, 1, g[j], va[j], vb[j], r[j]));
+                            operand::<V, B>(back, 1, adjoints, |g, j| pull($op, 1, g, va[j], vb[j], r[j]));
                         }
                         if const { !is_flat($op, 0) } {
-                            operand::<V, B>(instr, 0, before, |j| pull($op, 0, g[j], va[j], vb[j], r[j]));
+                            operand::<V, B>(back, 0, adjoints, |g, j| pull($op, 0, g, va[j], vb[j], r[j]));
                         }
                     }};
                 }
                 dispatch!(op, run)
             }
             Code::Op(op, Mode::SlotUniform) => {
-                let (va, vb) = (&slots[a as usize], tape.uniform(uniforms, b));
+                let (va, vb) = (&registers[a as usize], program.uniform(uniforms, b));
                 macro_rules! run {
                     ($op:expr) => {
                         if const { $op.arity() == 2 && !is_flat($op, 0) } {
-                            operand::<V, B>(instr, 0, before, |j| pull($op, 0, g[j], va[j], vb, r[j]));
                             if sink.wants(b) {
+                                let g = &adjoints[back.adjoint as usize];
                                 let add = std::array::from_fn(|j| pull($op, 1, g[j], va[j], vb, r[j]));
                                 sink.add(b, &add);
                             }
+                            operand::<V, B>(back, 0, adjoints, |g, j| pull($op, 0, g, va[j], vb, r[j]));
                         }
                     };
                 }
                 dispatch!(op, run)
             }
             Code::Op(op, Mode::UniformSlot) => {
-                let (va, vb) = (tape.uniform(uniforms, a), &slots[b as usize]);
+                let (va, vb) = (program.uniform(uniforms, a), &registers[b as usize]);
                 macro_rules! run {
                     ($op:expr) => {
                         if const { $op.arity() == 2 && !$op.commutes() && !is_flat($op, 0) } {
-                            operand::<V, B>(instr, 1, before, |j| pull($op, 1, g[j], va, vb[j], r[j]));
                             if sink.wants(a) {
+                                let g = &adjoints[back.adjoint as usize];
                                 let add = std::array::from_fn(|j| pull($op, 0, g[j], va, vb[j], r[j]));
                                 sink.add(a, &add);
                             }
+                            operand::<V, B>(back, 1, adjoints, |g, j| pull($op, 1, g, va, vb[j], r[j]));
                         }
                     };
                 }
@@ -240,19 +258,21 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
 /// Writes or adds to the adjoint of operand `k`.
 #[inline(always)]
 fn operand<V: Scalar, const B: usize>(
-    instr: &Instr,
+    back: &Back,
     k: usize,
-    before: &mut [[V; B]],
-    contribution: impl Fn(usize) -> V,
+    adjoints: &mut [[V; B]],
+    contribution: impl Fn(V, usize) -> V,
 ) {
-    let target = &mut before[instr.args[k] as usize];
-    if instr.flags & (1 << k) != 0 {
-        for j in 0..B {
-            target[j] = contribution(j);
-        }
+    if back.skip & (1 << k) != 0 {
+        return;
+    }
+    let pair = [back.adjoint as usize, back.adjoints[k] as usize];
+    let Ok([g, target]) = adjoints.get_disjoint_mut(pair) else { return };
+    if back.fresh & (1 << k) != 0 {
+        map::<V, B>(target, |j| contribution(g[j], j));
     } else {
         for j in 0..B {
-            target[j] = target[j] + contribution(j);
+            target[j] = target[j] + contribution(g[j], j);
         }
     }
 }

@@ -7,8 +7,9 @@ use pulp::{Arch, NullaryFnOnce};
 
 use crate::MAX_AXES;
 use crate::dual::Dual;
-use crate::eval::{Directional, Full, Ignore, NO_ROW, Sink, forward, reverse, reverse_uniforms};
-use crate::tape::{Tape, Uniform};
+use crate::eval::{Directional, Full, Ignore, NO_ROW, forward, reverse, reverse_uniforms};
+use crate::program::Program;
+use crate::tape::{Uniform, UniformProgram};
 
 /// Points to evaluate at: coordinates, and the outputs of opaque leaves there.
 #[derive(Clone, Copy)]
@@ -42,8 +43,8 @@ impl<'a> Batch<'a> {
 
     /// Fills the inputs that the tape uses; lanes beyond the last point repeat it.
     #[inline(always)]
-    fn gather<const B: usize>(&self, tape: &Tape, start: usize, n: usize, inputs: &mut [[f64; B]]) {
-        for &(number, _) in &tape.inputs {
+    fn gather<const B: usize>(&self, program: &Program, start: usize, n: usize, inputs: &mut [[f64; B]]) {
+        for &number in &program.inputs {
             let k = number as usize;
             let (data, stride, offset) = if k < MAX_AXES {
                 (self.points, self.stride, k)
@@ -80,12 +81,10 @@ fn with_scratch<R>(n: usize, f: impl FnOnce(&mut [f64]) -> R) -> R {
     })
 }
 
-/// Blocks that fit the second-level cache: long tapes run in short blocks.
+/// Points of a block, and the bytes that a block's registers should fit: long tapes run in short blocks.
 const LONG: usize = 64;
 const SHORT: usize = 16;
-fn long_blocks(tape: &Tape, copies: usize, points: usize) -> bool {
-    points > SHORT && tape.len() * copies * LONG * size_of::<f64>() <= 256 * 1024
-}
+const CACHE: usize = 512 * 1024;
 
 /// What a run computes besides F.
 pub(crate) enum Want<'a, 'b> {
@@ -96,11 +95,13 @@ pub(crate) enum Want<'a, 'b> {
     /// The same and (∂F/∂q)·q̇, given the rates of the uniforms.
     Rate { x: Columns<'a>, leaves: Columns<'a>, rates: &'b [f64], rate: &'a mut [f64] },
     /// The same and all of ∂F/∂q.
-    Parameters { x: Columns<'a>, leaves: Columns<'a>, rows: &'b Rows, q: Columns<'a> },
+    Parameters { x: Columns<'a>, leaves: Columns<'a>, rows: &'b Rows<'b>, q: Columns<'a> },
 }
 
 /// Which rows of adjoints belong to which uniform, and which parameter is which row.
-pub(crate) struct Rows {
+pub(crate) struct Rows<'a> {
+    /// The uniforms themselves.
+    pub program: &'a [Uniform],
     /// Row of each uniform, or [`NO_ROW`].
     pub row_of: Vec<u32>,
     /// Number of rows.
@@ -109,11 +110,11 @@ pub(crate) struct Rows {
     pub columns: Vec<(usize, usize)>,
 }
 
-impl Rows {
+impl<'a> Rows<'a> {
     /// `column_of[p]` is the column of parameter p in the result, or `None` if it is frozen.
-    pub(crate) fn new(tape: &Tape, column_of: &[Option<usize>]) -> Rows {
-        let mut rows = Rows { row_of: Vec::new(), count: 0, columns: Vec::new() };
-        for u in &tape.program.list {
+    pub(crate) fn new(uniforms: &'a UniformProgram, column_of: &[Option<usize>]) -> Self {
+        let mut rows = Rows { program: &uniforms.list, row_of: Vec::new(), count: 0, columns: Vec::new() };
+        for u in &uniforms.list {
             let active = match *u {
                 Uniform::Const(_) => false,
                 Uniform::Param(p) => column_of[p as usize].is_some(),
@@ -129,32 +130,36 @@ impl Rows {
     }
 }
 
-/// Evaluates the tape at all points of the batch, on this thread.
-pub(crate) fn run(tape: &Tape, uniforms: &[f64], batch: Batch, value: &mut [f64], want: Want) {
+/// Evaluates the program at all points of the batch, on this thread. `Want::Parameters` needs a program for
+/// everything, `Want::Rate` too.
+pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut [f64], want: Want) {
     let n = batch.len();
     if n == 0 {
         return;
     }
-    let (copies, rows) = match &want {
-        Want::Value => (1, 0),
-        Want::Parameters { rows, .. } => (2, rows.count),
-        _ => (2, 0),
-    };
-    let inputs = MAX_AXES + batch.leaves;
-    let numbers = |b: usize| (inputs + tape.len() * copies + rows) * b;
-    if long_blocks(tape, copies, n) && rows == 0 {
-        with_scratch(numbers(LONG), |scratch| {
-            Arch::new().dispatch(Run::<LONG> { tape, uniforms, batch, value, want, scratch });
-        });
-    } else {
-        with_scratch(numbers(SHORT), |scratch| {
-            Arch::new().dispatch(Run::<SHORT> { tape, uniforms, batch, value, want, scratch });
-        });
-    }
+    let rows = if let Want::Parameters { rows, .. } = &want { rows.count } else { 0 };
+    let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
+    let size = |b: usize| lines * b;
+    let fits = n > SHORT && size(LONG) * size_of::<f64>() <= CACHE;
+    let length = if fits { LONG } else { SHORT };
+    with_scratch(size(length), |scratch| {
+        let arch = Arch::new();
+        // Parameters make long tapes: their derivatives need one length of block only.
+        match want {
+            Want::Value | Want::Gradient { .. } if fits => {
+                arch.dispatch(Run::<LONG, false> { program, uniforms, batch, value, want, scratch });
+            }
+            Want::Value | Want::Gradient { .. } => {
+                arch.dispatch(Run::<SHORT, false> { program, uniforms, batch, value, want, scratch });
+            }
+            _ => arch.dispatch(Run::<SHORT, true> { program, uniforms, batch, value, want, scratch }),
+        }
+    });
 }
 
-struct Run<'a, 'b, 'c, const B: usize> {
-    tape: &'c Tape,
+/// The loop over blocks; `Q`: with derivatives with respect to parameters.
+struct Run<'a, 'b, 'c, const B: usize, const Q: bool> {
+    program: &'c Program,
     uniforms: &'c [f64],
     batch: Batch<'c>,
     value: &'c mut [f64],
@@ -162,38 +167,40 @@ struct Run<'a, 'b, 'c, const B: usize> {
     scratch: &'c mut [f64],
 }
 
-impl<const B: usize> NullaryFnOnce for Run<'_, '_, '_, B> {
+impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let Run { tape, uniforms, batch, value, mut want, scratch } = self;
+        let Run { program, uniforms, batch, value, mut want, scratch } = self;
         let (blocks, _) = scratch.as_chunks_mut::<B>();
         let (inputs, blocks) = blocks.split_at_mut(MAX_AXES + batch.leaves);
-        let (slots, rest) = blocks.split_at_mut(tape.len());
+        let (registers, rest) = blocks.split_at_mut(program.values);
+        let (adjoints, table) = rest.split_at_mut(program.adjoints);
         let total = batch.len();
         let mut start = 0;
         while start < total {
             let n = B.min(total - start);
-            batch.gather(tape, start, n, inputs);
-            forward::<f64, B>(tape, uniforms, inputs, slots);
-            value[start..start + n].copy_from_slice(&slots[tape.len() - 1][..n]);
+            batch.gather(program, start, n, inputs);
+            forward::<f64, B>(program, uniforms, inputs, registers);
+            value[start..start + n].copy_from_slice(&registers[program.root as usize][..n]);
             match &mut want {
-                Want::Value => {}
-                Want::Gradient { x, leaves } => {
-                    sweep(tape, uniforms, slots, rest, &mut Ignore, batch.axes, (start, n), x, leaves);
+                Want::Gradient { x, leaves } if !Q => {
+                    reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut Ignore);
+                    scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                 }
-                Want::Rate { x, leaves, rates, rate } => {
+                Want::Rate { x, leaves, rates, rate } if Q => {
                     let mut sink = Directional { rates, total: [0.0; B] };
-                    sweep(tape, uniforms, slots, rest, &mut sink, batch.axes, (start, n), x, leaves);
+                    reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut sink);
+                    scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                     rate[start..start + n].copy_from_slice(&sink.total[..n]);
                 }
-                Want::Parameters { x, leaves, rows, q } => {
-                    let (adjoints, table) = rest.split_at_mut(tape.len());
+                Want::Parameters { x, leaves, rows, q } if Q => {
                     table.fill([0.0; B]);
                     let mut sink = Full { row_of: &rows.row_of, rows: table };
-                    sweep(tape, uniforms, slots, adjoints, &mut sink, batch.axes, (start, n), x, leaves);
-                    reverse_uniforms::<f64, B>(&tape.program.list, uniforms, &rows.row_of, table);
+                    reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut sink);
+                    scatter(program, adjoints, batch.axes, (start, n), x, leaves);
+                    reverse_uniforms::<f64, B>(rows.program, uniforms, &rows.row_of, table);
                     // A point's row is written from end to end, so that each cache line is touched once.
                     for j in 0..n {
                         let at = (start + j) * q.stride;
@@ -203,34 +210,30 @@ impl<const B: usize> NullaryFnOnce for Run<'_, '_, '_, B> {
                         }
                     }
                 }
+                _ => {}
             }
             start += n;
         }
     }
 }
 
-/// The reverse sweep of one block, and its scatter.
+/// Writes the adjoints of the coordinates and of the leaf outputs to where they are wanted.
 #[inline(always)]
-fn sweep<const B: usize, S: Sink<f64, B>>(
-    tape: &Tape,
-    uniforms: &[f64],
-    slots: &[[f64; B]],
-    adjoints: &mut [[f64; B]],
-    sink: &mut S,
+fn scatter<const B: usize>(
+    program: &Program,
+    adjoints: &[[f64; B]],
     axes: usize,
-    (start, n): (usize, usize),
+    span: (usize, usize),
     x: &mut Columns<'_>,
     leaves: &mut Columns<'_>,
 ) {
-    reverse::<f64, B, S>(tape, uniforms, slots, adjoints, sink);
-    scatter(tape, adjoints, 0, axes, (start, n), x);
-    scatter(tape, adjoints, MAX_AXES, leaves.stride, (start, n), leaves);
+    scatter_inputs(program, adjoints, 0, axes, span, x);
+    scatter_inputs(program, adjoints, MAX_AXES, leaves.stride, span, leaves);
 }
 
-/// Writes the adjoints of `count` inputs from number `first` on.
 #[inline(always)]
-fn scatter<const B: usize>(
-    tape: &Tape,
+fn scatter_inputs<const B: usize>(
+    program: &Program,
     adjoints: &[[f64; B]],
     first: usize,
     count: usize,
@@ -239,27 +242,27 @@ fn scatter<const B: usize>(
 ) {
     let target = &mut columns.data[start * columns.stride..(start + n) * columns.stride];
     for k in 0..count {
-        let slot = tape.input_slot(first + k);
+        let register = program.input_adjoint(first + k);
         for (j, point) in target.chunks_exact_mut(columns.stride).enumerate() {
-            point[k] = slot.map_or(0.0, |slot| adjoints[slot][j]);
+            point[k] = register.map_or(0.0, |r| adjoints[r][j]);
         }
     }
 }
 
 /// Second derivatives for up to three axes: `hessian[i][j]` of each point, row-major (axes × axes).
-pub(crate) fn hessian(tape: &Tape, uniforms: &[f64], batch: Batch, out: &mut [f64]) {
+pub(crate) fn hessian(program: &Program, uniforms: &[f64], batch: Batch, out: &mut [f64]) {
     const B: usize = 8;
     let axes = batch.axes;
     let wrapped: Vec<Dual<f64>> = uniforms.iter().map(|&u| dual(u)).collect();
     let zero = [dual(0.0); B];
     let mut inputs = vec![zero; MAX_AXES + batch.leaves];
-    let mut slots = vec![zero; tape.len()];
-    let mut adjoints = vec![zero; tape.len()];
+    let mut registers = vec![zero; program.values];
+    let mut adjoints = vec![zero; program.adjoints];
     let mut plain = vec![[0.0; B]; inputs.len()];
     let mut start = 0;
     while start < batch.len() {
         let n = B.min(batch.len() - start);
-        batch.gather(tape, start, n, &mut plain);
+        batch.gather(program, start, n, &mut plain);
         // Three directions at a time; more axes take more passes.
         for first in (0..axes).step_by(3) {
             for (k, lanes) in plain.iter().enumerate() {
@@ -268,13 +271,13 @@ pub(crate) fn hessian(tape: &Tape, uniforms: &[f64], batch: Batch, out: &mut [f6
                     _ => dual(v),
                 });
             }
-            forward::<Dual<f64>, B>(tape, &wrapped, &inputs, &mut slots);
-            reverse::<Dual<f64>, B, _>(tape, &wrapped, &slots, &mut adjoints, &mut Ignore);
+            forward::<Dual<f64>, B>(program, &wrapped, &inputs, &mut registers);
+            reverse::<Dual<f64>, B, _>(program, &wrapped, &registers, &mut adjoints, &mut Ignore);
             for i in 0..axes {
                 for j in 0..n {
                     for d in 0..3.min(axes - first) {
                         let at = ((start + j) * axes + i) * axes + first + d;
-                        out[at] = tape.input_slot(i).map_or(0.0, |slot| adjoints[slot][j].d[d]);
+                        out[at] = program.input_adjoint(i).map_or(0.0, |r| adjoints[r][j].d[d]);
                     }
                 }
             }

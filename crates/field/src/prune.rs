@@ -2,56 +2,43 @@
 //! minimum, maximum or selection disappears, and so does all that is constant there: near any one place few
 //! operations of a large model matter (the sparsity that WH94's conclusion asks for).
 
-use crate::eval::{Ignore, forward, reverse};
 use crate::interval::Interval;
 use crate::op::{Op, apply};
+use crate::plain::{forward, reverse};
 use crate::tape::{Code, Instr, Mode, Tape, Uniform};
 
-/// Working memory of the interval sweeps, kept between calls.
+/// Working memory of interval passes and pruning, kept between calls.
 #[derive(Default)]
-pub(crate) struct IntervalScratch {
-    slots: Vec<[Interval; 1]>,
-    adjoints: Vec<[Interval; 1]>,
-    replaced: Vec<Operand>,
-    live: Vec<u32>,
+pub(crate) struct Scratch {
+    values: Vec<Interval>,
+    adjoints: Vec<Interval>,
+    /// What each instruction of the old tape became; meaningless for those that were not reached.
+    became: Vec<Operand>,
+    reached: Vec<bool>,
+    kept: Vec<u32>,
 }
 
 /// What an instruction turned out to be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Operand {
+    /// An instruction: of the old tape while looking for what is kept, of the new one afterwards.
     Slot(u32),
     Uniform(u32),
 }
 
 impl Tape {
     /// The interval of the function over a box, given the uniforms' intervals.
-    pub(crate) fn interval(
-        &self,
-        uniforms: &[Interval],
-        inputs: &[[Interval; 1]],
-        scratch: &mut IntervalScratch,
-    ) -> Interval {
-        scratch.slots.resize(self.instrs.len().max(scratch.slots.len()), [Interval::ZERO]);
-        forward::<Interval, 1>(self, uniforms, inputs, &mut scratch.slots);
-        scratch.slots[self.instrs.len() - 1][0]
+    pub(crate) fn interval(&self, uniforms: &[Interval], inputs: &[Interval], scratch: &mut Scratch) -> Interval {
+        forward(self, uniforms, inputs, &mut scratch.values);
+        scratch.values[self.instrs.len() - 1]
     }
 
     /// The intervals of the derivatives with respect to the inputs, after [`Tape::interval`].
-    pub(crate) fn interval_gradient(
-        &self,
-        uniforms: &[Interval],
-        scratch: &mut IntervalScratch,
-        gradient: &mut [Interval],
-    ) {
-        self.interval_adjoints(uniforms, scratch);
-        for (axis, g) in gradient.iter_mut().enumerate() {
-            *g = self.input_slot(axis).map_or(Interval::ZERO, |slot| scratch.adjoints[slot][0]);
+    pub(crate) fn interval_gradient(&self, uniforms: &[Interval], scratch: &mut Scratch, gradient: &mut [Interval]) {
+        reverse(self, uniforms, &scratch.values, &mut scratch.adjoints);
+        for (number, g) in gradient.iter_mut().enumerate() {
+            *g = self.input(number).map_or(Interval::ZERO, |at| scratch.adjoints[at]);
         }
-    }
-
-    fn interval_adjoints(&self, uniforms: &[Interval], scratch: &mut IntervalScratch) {
-        scratch.adjoints.resize(self.instrs.len().max(scratch.adjoints.len()), [Interval::ZERO]);
-        reverse::<Interval, 1, _>(self, uniforms, &scratch.slots, &mut scratch.adjoints, &mut Ignore);
     }
 
     /// The tape for the box of the last [`Tape::interval`] call with the same `uniforms` and `scratch`.
@@ -59,136 +46,188 @@ impl Tape {
     /// Values and derivatives in the box are the same to the last bit, except that exponentials which together
     /// change F by no more than `exps * tail` are dropped (`tail` = 0: none are; `exps` is their number in the
     /// tape that was compiled, so that pruning again and again stays within the bound).
-    pub(crate) fn pruned(&self, uniforms: &[Interval], tail: f64, scratch: &mut IntervalScratch) -> Tape {
+    pub(crate) fn pruned(&self, uniforms: &[Interval], tail: f64, scratch: &mut Scratch) -> Tape {
         let drop_tails = tail > 0.0 && self.exps > 0;
         if drop_tails {
-            self.interval_adjoints(uniforms, scratch);
+            reverse(self, uniforms, &scratch.values, &mut scratch.adjoints);
         }
-        let mut p = Pruner {
-            tape: self,
-            uniforms,
-            slots: &scratch.slots,
-            replaced: std::mem::take(&mut scratch.replaced),
-            instrs: self.instrs.clone(),
-            own: self.own.clone(),
-        };
-        p.replaced.clear();
-        for i in 0..p.instrs.len() {
-            let tail_here = |adjoint: Interval, e: Interval| {
-                let d = adjoint.magnitude() * e.hi;
-                d <= tail
-            };
-            let instr = self.instrs[i];
-            let r = if drop_tails
-                && matches!(instr.code, Code::Op(Op::Exp, _))
-                && tail_here(scratch.adjoints[i][0], scratch.slots[i][0])
-            {
-                Operand::Uniform(p.constant(0.0))
-            } else {
-                p.simplify(i)
-            };
-            p.replaced.push(r);
-        }
-        let root = p.instrs.len() as u32 - 1;
-        let root = p.as_slot(root);
-        let Pruner { replaced, instrs, own, .. } = p;
-        scratch.replaced = replaced;
-        compact(self, instrs, own, root, &mut scratch.live)
+        let Scratch { values, adjoints, became, reached, kept } = scratch;
+        let mut p = Pruner { tape: self, shared: uniforms, values, own: self.own.clone(), instrs: Vec::new() };
+        p.find(became, reached, kept, |i| drop_tails && adjoints[i].magnitude() * values[i].hi <= tail);
+        p.rewrite(became, kept)
     }
 }
 
 struct Pruner<'a> {
     tape: &'a Tape,
-    uniforms: &'a [Interval],
-    slots: &'a [[Interval; 1]],
-    replaced: Vec<Operand>,
-    instrs: Vec<Instr>,
+    shared: &'a [Interval],
+    values: &'a [Interval],
     own: Vec<f64>,
+    instrs: Vec<Instr>,
 }
 
 impl Pruner<'_> {
+    /// The number of a constant.
     fn constant(&mut self, v: f64) -> u32 {
-        let base = self.tape.program.list.len();
         let known = self.own.iter().position(|c| c.to_bits() == v.to_bits());
         let k = known.unwrap_or_else(|| {
             self.own.push(v);
             self.own.len() - 1
         });
-        (base + k) as u32
+        (self.shared.len() + k) as u32
     }
 
     /// The value of an operand that is a constant.
     fn known(&self, o: Operand) -> Option<f64> {
         let Operand::Uniform(u) = o else { return None };
-        match self.tape.program.list.get(u as usize) {
-            None => Some(self.own[u as usize - self.tape.program.list.len()]),
+        match self.tape.uniforms.list.get(u as usize) {
+            None => Some(self.own[u as usize - self.shared.len()]),
             Some(Uniform::Const(c)) => Some(*c),
             Some(_) => None,
         }
     }
 
-    fn interval(&self, o: Operand) -> Interval {
-        match o {
-            Operand::Slot(s) => self.slots[s as usize][0],
-            Operand::Uniform(u) => match self.uniforms.get(u as usize) {
-                Some(v) => *v,
-                None => Interval::new(
-                    self.own[u as usize - self.uniforms.len()],
-                    self.own[u as usize - self.uniforms.len()],
-                ),
-            },
-        }
-    }
-
-    /// A slot that holds what instruction `i` became; an instruction that became a uniform broadcasts it.
-    fn as_slot(&mut self, i: u32) -> u32 {
-        match self.replaced[i as usize] {
-            Operand::Slot(s) => s,
-            Operand::Uniform(u) => {
-                self.instrs[i as usize] = Instr::new(Code::Uniform, [u; 3]);
-                i
+    /// From the result back: what is reached, and of that, what is a constant or one of its operands here.
+    fn find(
+        &mut self,
+        became: &mut Vec<Operand>,
+        reached: &mut Vec<bool>,
+        kept: &mut Vec<u32>,
+        is_tail: impl Fn(usize) -> bool,
+    ) {
+        let n = self.tape.instrs.len();
+        became.clear();
+        became.resize(n, Operand::Uniform(0));
+        reached.clear();
+        reached.resize(n, false);
+        reached[n - 1] = true;
+        kept.clear();
+        for i in (0..n).rev() {
+            if !reached[i] {
+                continue;
             }
-        }
-    }
-
-    fn operand(&self, mode: Mode, k: usize, arg: u32) -> Operand {
-        let uniform = matches!((mode, k), (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0));
-        if uniform { Operand::Uniform(arg) } else { self.replaced[arg as usize] }
-    }
-
-    /// Decides what instruction `i` is in this box, rewriting it in place where it stays.
-    fn simplify(&mut self, i: usize) -> Operand {
-        let instr = self.tape.instrs[i];
-        let stay = Operand::Slot(i as u32);
-        let (op, mode) = match instr.code {
-            Code::Input => return stay,
-            Code::Uniform => return Operand::Uniform(instr.args[0]),
-            Code::Op(op, mode) => (op, mode),
-        };
-        let here = self.slots[i][0];
-        if here.lo == here.hi && here.lo.is_finite() {
-            return Operand::Uniform(self.constant(here.lo));
-        }
-        let n = op.arity();
-        let a = self.operand(mode, 0, instr.args[0]);
-        let b = if n > 1 { self.operand(mode, 1, instr.args[1]) } else { a };
-        let c = if n > 2 { self.operand(mode, 2, instr.args[2]) } else { a };
-        let (ia, ib) = (self.interval(a), self.interval(b));
-        match op {
-            Op::Min if ia.hi < ib.lo => return a,
-            Op::Min if ib.hi < ia.lo => return b,
-            Op::Max if ia.lo > ib.hi => return a,
-            Op::Max if ib.lo > ia.hi => return b,
-            Op::Abs if ia.lo > 0.0 => return a,
-            Op::Abs if ia.hi < 0.0 => {
-                if let Operand::Slot(s) = a {
-                    self.instrs[i] = Instr::new(Code::Op(Op::Neg, Mode::Slots), [s; 3]);
-                    return stay;
+            kept.push(i as u32);
+            let instr = self.tape.instrs[i];
+            let (op, mode) = match instr.code {
+                Code::Input => {
+                    became[i] = Operand::Slot(i as u32);
+                    continue;
+                }
+                Code::Uniform => {
+                    became[i] = Operand::Uniform(instr.args[0]);
+                    continue;
+                }
+                Code::Op(op, mode) => (op, mode),
+            };
+            let here = self.values[i];
+            if op == Op::Exp && is_tail(i) {
+                became[i] = Operand::Uniform(self.constant(0.0));
+                continue;
+            }
+            if here.lo == here.hi && here.lo.is_finite() {
+                became[i] = Operand::Uniform(self.constant(here.lo));
+                continue;
+            }
+            let slots = instr.slots();
+            let choice = matches!(op, Op::Min | Op::Max | Op::Abs | Op::Choose).then(|| self.winner(op, mode, instr.args));
+            match choice.flatten() {
+                Some(k) if slots.contains(&k) => {
+                    became[i] = Operand::Slot(instr.args[k]);
+                    reached[instr.args[k] as usize] = true;
+                }
+                Some(k) => became[i] = Operand::Uniform(instr.args[k]),
+                None => {
+                    became[i] = Operand::Slot(i as u32);
+                    for k in slots {
+                        reached[instr.args[k] as usize] = true;
+                    }
                 }
             }
-            Op::Choose if !ia.has_zero() => return b,
-            Op::Choose if ia == Interval::ZERO => return c,
-            _ => {}
+        }
+    }
+
+    /// The operand that a choice surely takes here.
+    fn winner(&self, op: Op, mode: Mode, args: [u32; 3]) -> Option<usize> {
+        let interval = |k: usize| match (mode, k) {
+            (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0) => self.uniform_interval(args[k]),
+            _ => self.values[args[k] as usize],
+        };
+        let (a, b) = (interval(0), interval(1));
+        match op {
+            Op::Min if a.hi < b.lo => Some(0),
+            Op::Min if b.hi < a.lo => Some(1),
+            Op::Max if a.lo > b.hi => Some(0),
+            Op::Max if b.lo > a.hi => Some(1),
+            Op::Abs if a.lo > 0.0 => Some(0),
+            Op::Choose if !a.has_zero() => Some(1),
+            Op::Choose if a == Interval::ZERO => Some(2),
+            _ => None,
+        }
+    }
+
+    fn uniform_interval(&self, u: u32) -> Interval {
+        match self.shared.get(u as usize) {
+            Some(v) => *v,
+            None => {
+                let c = self.own[u as usize - self.shared.len()];
+                Interval::new(c, c)
+            }
+        }
+    }
+
+    /// From the first instruction on: writes the kept ones with their operands resolved, folding constants.
+    fn rewrite(mut self, became: &mut [Operand], kept: &[u32]) -> Tape {
+        self.instrs.reserve(kept.len());
+        for &i in kept.iter().rev() {
+            let i = i as usize;
+            became[i] = match became[i] {
+                Operand::Uniform(u) => Operand::Uniform(u),
+                Operand::Slot(s) if s as usize != i => became[s as usize],
+                Operand::Slot(_) => self.emit(i, became),
+            };
+        }
+        let root = became[self.tape.instrs.len() - 1];
+        let root = self.slot(root);
+        self.instrs.truncate(root as usize + 1);
+        let tape = Tape {
+            uniforms: self.tape.uniforms.clone(),
+            own: self.own,
+            instrs: self.instrs,
+            exps: self.tape.exps,
+        };
+        tape.without_unused()
+    }
+
+    fn push(&mut self, code: Code, args: [u32; 3]) -> Operand {
+        self.instrs.push(Instr::new(code, args));
+        Operand::Slot(self.instrs.len() as u32 - 1)
+    }
+
+    /// An instruction of the new tape; a uniform is broadcast by one of its own.
+    fn slot(&mut self, o: Operand) -> u32 {
+        match o {
+            Operand::Slot(s) => s,
+            Operand::Uniform(u) => {
+                self.instrs.push(Instr::new(Code::Uniform, [u; 3]));
+                self.instrs.len() as u32 - 1
+            }
+        }
+    }
+
+    fn emit(&mut self, i: usize, became: &[Operand]) -> Operand {
+        let instr = self.tape.instrs[i];
+        let Code::Op(op, mode) = instr.code else { return self.push(instr.code, instr.args) };
+        let operand = |k: usize| match (mode, k) {
+            (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0) => Operand::Uniform(instr.args[k]),
+            _ => became[instr.args[k] as usize],
+        };
+        let n = op.arity();
+        let a = operand(0);
+        let b = if n > 1 { operand(1) } else { a };
+        let c = if n > 2 { operand(2) } else { a };
+        if op == Op::Abs && self.values[i].lo > 0.0 && self.values[instr.args[0] as usize].hi < 0.0 {
+            let s = self.slot(a);
+            return self.push(Code::Op(Op::Neg, Mode::Slots), [s; 3]);
         }
         let (ka, kb, kc) = (self.known(a), self.known(b), self.known(c));
         if let (Some(x), Some(y), Some(z)) = (ka, kb, kc) {
@@ -201,80 +240,74 @@ impl Pruner<'_> {
                 return Operand::Uniform(self.constant(0.0));
             }
             (Op::Sub, Some(0.0), _) => {
-                if let Operand::Slot(s) = b {
-                    self.instrs[i] = Instr::new(Code::Op(Op::Neg, Mode::Slots), [s; 3]);
-                    return stay;
-                }
+                let s = self.slot(b);
+                return self.push(Code::Op(Op::Neg, Mode::Slots), [s; 3]);
             }
             _ => {}
         }
-        self.instrs[i] = match (n, a, b) {
-            (2, Operand::Slot(s), Operand::Uniform(u)) => {
-                Instr::new(Code::Op(op, Mode::SlotUniform), [s, u, s])
+        match (n, a, b) {
+            (2, Operand::Uniform(u), Operand::Slot(s)) if !op.commutes() => {
+                self.push(Code::Op(op, Mode::UniformSlot), [u, s, s])
             }
-            (2, Operand::Uniform(u), Operand::Slot(s)) if op.commutes() => {
-                Instr::new(Code::Op(op, Mode::SlotUniform), [s, u, s])
+            (2, Operand::Uniform(u), Operand::Slot(s)) => self.push(Code::Op(op, Mode::SlotUniform), [s, u, s]),
+            (2, _, Operand::Uniform(u)) => {
+                let s = self.slot(a);
+                self.push(Code::Op(op, Mode::SlotUniform), [s, u, s])
             }
-            (2, Operand::Uniform(u), Operand::Slot(s)) => {
-                Instr::new(Code::Op(op, Mode::UniformSlot), [u, s, s])
+            (1, ..) => {
+                let s = self.slot(a);
+                self.push(Code::Op(op, Mode::Slots), [s; 3])
             }
-            (2, Operand::Uniform(u), Operand::Uniform(v)) => match mode {
-                // One of the two was a slot; it broadcasts the uniform that it became.
-                Mode::UniformSlot => {
-                    let s = self.as_slot(instr.args[1]);
-                    Instr::new(Code::Op(op, Mode::UniformSlot), [u, s, s])
-                }
-                _ => {
-                    let s = self.as_slot(instr.args[0]);
-                    Instr::new(Code::Op(op, Mode::SlotUniform), [s, v, s])
-                }
-            },
+            (2, ..) => {
+                let (s, t) = (self.slot(a), self.slot(b));
+                self.push(Code::Op(op, Mode::Slots), [s, t, s])
+            }
             _ => {
-                let mut args = instr.args;
-                for arg in &mut args[..n] {
-                    *arg = self.as_slot(*arg);
-                }
-                let filler = args[0];
-                args[n..].fill(filler);
-                Instr::new(Code::Op(op, Mode::Slots), args)
+                let args = [a, b, c].map(|o| self.slot(o));
+                self.push(Code::Op(op, Mode::Slots), args)
             }
-        };
-        stay
+        }
     }
 }
 
-/// Removes what the root does not use and renumbers the rest.
-fn compact(tape: &Tape, instrs: Vec<Instr>, own: Vec<f64>, root: u32, number: &mut Vec<u32>) -> Tape {
-    const DEAD: u32 = u32::MAX;
-    number.clear();
-    number.resize(instrs.len(), DEAD);
-    number[root as usize] = 0;
-    let mut used = 0;
-    for i in (0..=root as usize).rev() {
-        if number[i] != DEAD {
-            used += 1;
-            for (_, s) in instrs[i].slots() {
-                number[s as usize] = 0;
+impl Tape {
+    /// Removes instructions that folding has left without a use.
+    fn without_unused(mut self) -> Tape {
+        let n = self.instrs.len();
+        let mut used = vec![false; n];
+        used[n - 1] = true;
+        let mut count = 0;
+        for i in (0..n).rev() {
+            if used[i] {
+                count += 1;
+                for k in self.instrs[i].slots() {
+                    used[self.instrs[i].args[k] as usize] = true;
+                }
             }
         }
+        if count == n {
+            return self;
+        }
+        let mut number = vec![0u32; n];
+        let mut next = 0u32;
+        for i in 0..n {
+            if used[i] {
+                number[i] = next;
+                let mut instr = self.instrs[i];
+                let slots = instr.slots();
+                for k in slots.clone() {
+                    instr.args[k] = number[instr.args[k] as usize];
+                }
+                // Operands that the operation lacks repeat one that it has.
+                if let Code::Op(_, Mode::Slots) = instr.code {
+                    let first = instr.args[0];
+                    instr.args[slots.end..].fill(first);
+                }
+                self.instrs[next as usize] = instr;
+                next += 1;
+            }
+        }
+        self.instrs.truncate(count);
+        self
     }
-    let mut kept = Vec::with_capacity(used);
-    for i in 0..=root as usize {
-        if number[i] == DEAD {
-            continue;
-        }
-        number[i] = kept.len() as u32;
-        let mut instr = instrs[i];
-        let mut args = instr.args;
-        for (k, s) in instrs[i].slots() {
-            args[k] = number[s as usize];
-        }
-        if let Code::Op(op, mode) = instr.code {
-            let filler = if mode == Mode::UniformSlot { args[1] } else { args[0] };
-            args[op.arity()..].fill(filler);
-        }
-        instr.args = args;
-        kept.push(instr);
-    }
-    Tape { program: tape.program.clone(), own, instrs: kept, inputs: Vec::new(), exps: tape.exps }.finish()
 }

@@ -5,9 +5,10 @@ use rayon::prelude::*;
 
 use crate::FieldError;
 use crate::interval::Interval;
-use crate::kernel::{Batch, Columns, Want, run};
-use crate::prune::IntervalScratch;
-use crate::surface::Aabb;
+use crate::kernel::{Batch, Columns, Want, hessian, run};
+use crate::program::{Program, Purpose};
+use crate::prune::Scratch;
+use crate::surface::{Aabb, Surface};
 use crate::tape::Tape;
 
 /// How regions are cut.
@@ -31,23 +32,27 @@ pub(crate) struct Leaf {
     pub start: usize,
     pub end: usize,
     pub bounds: Aabb,
-    pub tape: Tape,
+    pub program: Program,
+    /// Operations carried out for each point.
+    pub operations: usize,
 }
 
 /// What a build needs to know of the whole model.
 pub(crate) struct Whole<'a> {
     pub tape: &'a Tape,
+    /// The same with registers, for derivatives with respect to the coordinates.
+    pub program: &'a Program,
     pub uniforms: &'a [f64],
     /// Intervals of the uniforms: wider than a point where parameters may move.
-    pub spans: &'a [Interval],
+    pub spans: Vec<Interval>,
     pub axes: usize,
 }
 
 impl Whole<'_> {
-    pub(crate) fn inputs(&self, b: &Aabb) -> [[Interval; 1]; crate::MAX_AXES] {
-        let mut inputs = [[Interval::ZERO]; crate::MAX_AXES];
+    pub(crate) fn inputs(&self, b: &Aabb) -> [Interval; crate::MAX_AXES] {
+        let mut inputs = [Interval::ZERO; crate::MAX_AXES];
         for a in 0..self.axes.min(3) {
-            inputs[a] = [Interval::new(b.lo[a], b.hi[a])];
+            inputs[a] = Interval::new(b.lo[a], b.hi[a]);
         }
         inputs
     }
@@ -71,12 +76,13 @@ impl Whole<'_> {
     ) {
         let Some(bounds) = Aabb::around(points) else { return };
         let bounds = bounds.grown(margin);
-        let mut scratch = IntervalScratch::default();
-        parent.interval(self.spans, &self.inputs(&bounds), &mut scratch);
-        let tape = parent.pruned(self.spans, options.tail, &mut scratch);
+        let mut scratch = Scratch::default();
+        parent.interval(&self.spans, &self.inputs(&bounds), &mut scratch);
+        let tape = parent.pruned(&self.spans, options.tail, &mut scratch);
         drop(scratch);
         if points.len() <= options.leaf {
-            out.push(Leaf { start, end: start + points.len(), bounds, tape });
+            let program = Program::new(&tape, Purpose::Inputs);
+            out.push(Leaf { start, end: start + points.len(), bounds, program, operations: tape.len() });
             return;
         }
         // Runs along a space-filling curve are compact when they are cut in equal parts, four at a time: fewer
@@ -92,25 +98,102 @@ impl Whole<'_> {
         out.extend(lists.into_iter().flatten());
     }
 
-    /// F and ∂F/∂x at the points, which are those that the leaves were cut for, in the same order.
-    pub(crate) fn evaluate(
+    /// F and ∂F/∂x with one program, on this thread.
+    pub(crate) fn one(&self, program: &Program, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) {
+        if self.axes < 3 {
+            gradient.fill([0.0; 3]);
+        }
+        let x = Columns { data: gradient.as_flattened_mut(), stride: 3 };
+        let leaves = Columns { data: &mut [], stride: 0 };
+        run(program, self.uniforms, Batch::of_points(points, self.axes), value, Want::Gradient { x, leaves });
+    }
+
+    /// Second derivatives with one program, on this thread.
+    pub(crate) fn one_hessian(&self, program: &Program, points: &[[f64; 3]], out: &mut [[f64; 6]]) {
+        let d = self.axes;
+        let mut full = vec![0.0; points.len() * d * d];
+        hessian(program, self.uniforms, Batch::of_points(points, d), &mut full);
+        upper(&full, d, out);
+    }
+}
+
+/// From (n, d, d) to xx, xy, xz, yy, yz, zz.
+pub(crate) fn upper(full: &[f64], d: usize, out: &mut [[f64; 6]]) {
+    for (h, m) in out.iter_mut().zip(full.chunks_exact(d * d)) {
+        let at = |i: usize, j: usize| if i < d && j < d { m[i * d + j] } else { 0.0 };
+        *h = [at(0, 0), at(0, 1), at(0, 2), at(1, 1), at(1, 2), at(2, 2)];
+    }
+}
+
+/// A surface with pruned tapes for the points it was narrowed for: see [`Surface::narrowed`].
+pub struct Narrowed<'a> {
+    pub(crate) whole: Whole<'a>,
+    pub(crate) leaves: Vec<Leaf>,
+}
+
+impl Narrowed<'_> {
+    /// Mean number of operations a point.
+    pub fn operations(&self) -> f64 {
+        let points = self.leaves.last().map_or(0, |l| l.end).max(1);
+        let total: usize = self.leaves.iter().map(|l| l.operations * (l.end - l.start)).sum();
+        total as f64 / points as f64
+    }
+
+    /// Number of regions.
+    pub fn regions(&self) -> usize {
+        self.leaves.len()
+    }
+
+    fn check(&self, points: &[[f64; 3]]) -> Result<(), FieldError> {
+        let expected = self.leaves.last().map_or(0, |l| l.end);
+        if points.len() == expected {
+            return Ok(());
+        }
+        Err(FieldError::Shape {
+            what: "points of a narrowed surface",
+            expected: format!("{expected} points, those it was narrowed for"),
+            given: points.len().to_string(),
+        })
+    }
+
+    /// The region's program, or the whole one for a point that has left the region.
+    fn program_at<'s>(&'s self, leaf: &'s Leaf, p: [f64; 3]) -> &'s Program {
+        if leaf.bounds.contains(p) { &leaf.program } else { self.whole.program }
+    }
+}
+
+/// Runs of points that share a program.
+fn runs<'s, 'p>(
+    n: &'s Narrowed<'_>,
+    leaf: &'s Leaf,
+    points: &'p [[f64; 3]],
+) -> impl Iterator<Item = (usize, usize, &'s Program)> + use<'s, 'p> {
+    let mut start = 0;
+    std::iter::from_fn(move || {
+        let first = points.get(start)?;
+        let program = n.program_at(leaf, *first);
+        let more = points[start..].iter().take_while(|p| std::ptr::eq(n.program_at(leaf, **p), program)).count();
+        let run = (start, start + more, program);
+        start += more;
+        Some(run)
+    })
+}
+
+impl Surface for Narrowed<'_> {
+    fn axes(&self) -> usize {
+        self.whole.axes
+    }
+
+    fn value_gradient(
         &self,
-        leaves: &[Leaf],
         points: &[[f64; 3]],
         value: &mut [f64],
         gradient: &mut [[f64; 3]],
     ) -> Result<(), FieldError> {
-        let expected = leaves.last().map_or(0, |l| l.end);
-        if points.len() != expected {
-            return Err(FieldError::Shape {
-                what: "points of a narrowed surface",
-                expected: format!("{expected} points, those it was narrowed for"),
-                given: points.len().to_string(),
-            });
-        }
-        let mut tasks = Vec::with_capacity(leaves.len());
+        self.check(points)?;
+        let mut tasks = Vec::with_capacity(self.leaves.len());
         let (mut values, mut gradients) = (value, gradient);
-        for leaf in leaves {
+        for leaf in &self.leaves {
             let (v, rest) = values.split_at_mut(leaf.end - leaf.start);
             values = rest;
             let (g, rest) = gradients.split_at_mut(leaf.end - leaf.start);
@@ -119,22 +202,28 @@ impl Whole<'_> {
         }
         tasks.into_par_iter().with_min_len(4).for_each(|(leaf, v, g)| {
             let points = &points[leaf.start..leaf.end];
-            self.one(&leaf.tape, points, v, g);
-            for (i, p) in points.iter().enumerate() {
-                if !leaf.bounds.contains(*p) {
-                    self.one(self.tape, &points[i..=i], &mut v[i..=i], &mut g[i..=i]);
-                }
+            for (start, end, program) in runs(self, leaf, points) {
+                self.whole.one(program, &points[start..end], &mut v[start..end], &mut g[start..end]);
             }
         });
         Ok(())
     }
 
-    fn one(&self, tape: &Tape, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) {
-        if self.axes < 3 {
-            gradient.fill([0.0; 3]);
+    fn hessian(&self, points: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), FieldError> {
+        self.check(points)?;
+        let mut tasks = Vec::with_capacity(self.leaves.len());
+        let mut rest = out;
+        for leaf in &self.leaves {
+            let (h, more) = rest.split_at_mut(leaf.end - leaf.start);
+            rest = more;
+            tasks.push((leaf, h));
         }
-        let x = Columns { data: gradient.as_flattened_mut(), stride: 3 };
-        let leaves = Columns { data: &mut [], stride: 0 };
-        run(tape, self.uniforms, Batch::of_points(points, self.axes), value, Want::Gradient { x, leaves });
+        tasks.into_par_iter().for_each(|(leaf, h)| {
+            let points = &points[leaf.start..leaf.end];
+            for (start, end, program) in runs(self, leaf, points) {
+                self.whole.one_hessian(program, &points[start..end], &mut h[start..end]);
+            }
+        });
+        Ok(())
     }
 }

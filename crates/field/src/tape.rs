@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::graph::{Expr, Graph, Node};
-use crate::op::{Op, apply, is_flat};
+use crate::op::{Op, apply};
 use crate::scalar::Scalar;
 
 /// Where the two operands of a binary instruction lie.
@@ -28,40 +28,26 @@ pub(crate) enum Code {
     Op(Op, Mode),
 }
 
-/// One instruction; its result goes to the slot of its own number.
+/// One instruction; its result is known by its number. Operands that the operation lacks repeat another.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instr {
     pub code: Code,
-    /// Bit k: the reverse sweep reaches operand k here for the first time and writes instead of adding.
-    /// Bit 3: an adjoint arrives at this instruction at all.
-    pub flags: u8,
     pub args: [u32; 3],
 }
 
-pub(crate) const ACTIVE: u8 = 8;
-
 impl Instr {
     pub(crate) fn new(code: Code, args: [u32; 3]) -> Self {
-        Self { code, flags: 0, args }
+        Self { code, args }
     }
 
-    /// The operands that are slots, as (operand number, slot).
-    pub(crate) fn slots(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
-        let range = match self.code {
+    /// Which operands are results of other instructions, as a range of operand numbers.
+    #[inline(always)]
+    pub(crate) fn slots(&self) -> std::ops::Range<usize> {
+        match self.code {
             Code::Input | Code::Uniform => 0..0,
             Code::Op(op, Mode::Slots) => 0..op.arity(),
             Code::Op(_, Mode::SlotUniform) => 0..1,
             Code::Op(_, Mode::UniformSlot) => 1..2,
-        };
-        range.map(|k| (k, self.args[k]))
-    }
-
-    /// The operand that is a uniform of an operation, as (operand number, uniform).
-    pub(crate) fn uniform(&self) -> Option<(usize, u32)> {
-        match self.code {
-            Code::Op(_, Mode::SlotUniform) => Some((1, self.args[1])),
-            Code::Op(_, Mode::UniformSlot) => Some((0, self.args[0])),
-            _ => None,
         }
     }
 }
@@ -120,12 +106,11 @@ impl UniformProgram {
 /// A compiled scalar function of the coordinates and the parameters.
 #[derive(Clone, Debug)]
 pub struct Tape {
-    pub(crate) program: Arc<UniformProgram>,
-    /// Constants of this tape alone; their numbers follow the program's.
+    pub(crate) uniforms: Arc<UniformProgram>,
+    /// Constants of this tape alone; their numbers follow the uniforms'.
     pub(crate) own: Vec<f64>,
+    /// In order, all used, the result last.
     pub(crate) instrs: Vec<Instr>,
-    /// (input number, slot) for each input that occurs.
-    pub(crate) inputs: Vec<(u32, u32)>,
     /// Number of Exp instructions of the tape that pruning started from.
     pub(crate) exps: usize,
 }
@@ -146,55 +131,15 @@ impl Tape {
         self.instrs.is_empty()
     }
 
+    /// The instruction that reads input `number`.
+    pub(crate) fn input(&self, number: usize) -> Option<usize> {
+        self.instrs.iter().position(|i| i.code == Code::Input && i.args[0] as usize == number)
+    }
+
     /// Number of instructions that are minima, maxima or selections.
     pub fn choices(&self) -> usize {
         let choice = |i: &&Instr| matches!(i.code, Code::Op(Op::Min | Op::Max | Op::Choose, _));
         self.instrs.iter().filter(choice).count()
-    }
-
-    /// Fills in the flags and the list of inputs; the instructions must be in order, all used, the root last.
-    pub(crate) fn finish(mut self) -> Tape {
-        let n = self.instrs.len();
-        let mut reached = vec![false; n];
-        reached[n - 1] = true;
-        self.inputs.clear();
-        for i in (0..n).rev() {
-            let mut instr = self.instrs[i];
-            instr.flags = 0;
-            if let Code::Input = instr.code {
-                self.inputs.push((instr.args[0], i as u32));
-            }
-            if reached[i] {
-                instr.flags |= ACTIVE;
-                if let Code::Op(op, _) = instr.code {
-                    for k in (0..op.arity()).rev() {
-                        let is_slot = instr.slots().any(|(s, _)| s == k);
-                        let slot = instr.args[k] as usize;
-                        if is_slot && !is_flat(op, k) && !std::mem::replace(&mut reached[slot], true) {
-                            instr.flags |= 1 << k;
-                        }
-                    }
-                }
-            }
-            self.instrs[i] = instr;
-        }
-        self.inputs.sort_unstable();
-        self
-    }
-
-    /// The slot of input `number`, if the tape depends on it with a derivative.
-    pub(crate) fn input_slot(&self, number: usize) -> Option<usize> {
-        let slot = self.inputs.iter().find(|(n, _)| *n as usize == number)?.1 as usize;
-        (self.instrs[slot].flags & ACTIVE != 0).then_some(slot)
-    }
-
-    /// The value of uniform `u`, given those of the program.
-    #[inline(always)]
-    pub(crate) fn uniform<V: Scalar>(&self, values: &[V], u: u32) -> V {
-        match values.get(u as usize) {
-            Some(v) => *v,
-            None => V::from_f64(self.own[u as usize - values.len()]),
-        }
     }
 }
 
@@ -247,14 +192,7 @@ impl<'a> Compiler<'a> {
         let slot = self.slot(root);
         debug_assert_eq!(slot as usize + 1, self.instrs.len());
         let exps = self.instrs.iter().filter(|i| matches!(i.code, Code::Op(Op::Exp, _))).count();
-        Tape {
-            program: Arc::new(self.program),
-            own: Vec::new(),
-            instrs: self.instrs,
-            inputs: Vec::new(),
-            exps,
-        }
-        .finish()
+        Tape { uniforms: Arc::new(self.program), own: Vec::new(), instrs: self.instrs, exps }
     }
 
     fn emit(&mut self, node: Node, e: Expr) -> Place {

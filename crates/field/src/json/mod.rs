@@ -118,3 +118,6 @@ fn record(m: &Model, places: &FxHashMap<usize, usize>) -> NodeRecord {
     }
     record
 }
+
+#[cfg(test)]
+mod tests;

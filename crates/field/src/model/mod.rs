@@ -396,3 +396,6 @@ impl PartialEq for Model {
         true
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

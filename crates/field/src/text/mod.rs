@@ -7,3 +7,6 @@ mod suggest;
 
 pub use parser::{MAX_NESTING, MAX_TEXT, Options, parse, parse_with};
 pub(crate) use suggest::suggestion;
+
+#[cfg(test)]
+mod tests;

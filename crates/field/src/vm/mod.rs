@@ -345,3 +345,6 @@ pub fn parse_vm(text: &str) -> Result<Model, FieldError> {
     let program = Program::parse(text)?;
     Model::new(kinds::known("program"), vec![], vec![], Payload::Program(program.into()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,140 @@
+//! The search for a box around the whole surface.
+
+use super::Field;
+use super::cells::excludes;
+use crate::prune::Scratch;
+use crate::regions::Whole;
+use crate::surface::{Aabb, Surface};
+
+/// Cubes of half-side 2^FIRST to 2^LAST are tried.
+const FIRST: i32 = -20;
+const LAST: i32 = 40;
+/// Where nothing is known of infinity, this many doublings without a zero count as the end of the surface.
+const EMPTY_SHELLS: i32 = 6;
+
+/// A box that contains every zero of F; `None` where the search finds no end, or the field is opaque and its
+/// functions state no bounds.
+pub(super) fn find(field: &Field) -> Option<Aabb> {
+    if field.is_opaque() {
+        return field.compiled.leaves.iter().find_map(|l| l.callback.bounds());
+    }
+    if field.components() != 1 {
+        return None;
+    }
+    let whole = field.whole();
+    let half = by_half_spaces(&whole).or_else(|| by_shells(&whole))?;
+    tightened(field, cube(&whole, half))
+}
+
+fn cube(whole: &Whole, half: f64) -> Aabb {
+    let side = |v: f64| std::array::from_fn(|a| if a < whole.axes { v } else { 0.0 });
+    Aabb::new(side(-half), side(half))
+}
+
+/// The smallest cube outside which intervals with infinite ends exclude zeros: a proof.
+fn by_half_spaces(whole: &Whole) -> Option<f64> {
+    let mut scratch = Scratch::default();
+    let mut outside_is_free = |half: f64| {
+        (0..whole.axes).all(|axis| {
+            [(half, f64::INFINITY), (f64::NEG_INFINITY, -half)].into_iter().all(|(lo, hi)| {
+                let Aabb { lo: mut from, hi: mut to } = cube(whole, f64::INFINITY);
+                (from[axis], to[axis]) = (lo, hi);
+                excludes(whole, from, to, &mut scratch)
+            })
+        })
+    };
+    // The property holds for every larger cube too: bisect.
+    let (mut low, mut high) = (FIRST, LAST);
+    if !outside_is_free(2f64.powi(high)) {
+        return None;
+    }
+    while low < high {
+        let middle = (low + high).div_euclid(2);
+        if outside_is_free(2f64.powi(middle)) { high = middle } else { low = middle + 1 }
+    }
+    Some(2f64.powi(high))
+}
+
+/// The cube before a run of shells in which finite boxes exclude zeros: evidence, not a proof.
+fn by_shells(whole: &Whole) -> Option<f64> {
+    let mut scratch = Scratch::default();
+    // Long tapes get fewer boxes, so that the search stays within a fraction of a second.
+    let mut budget = (100_000_000 / whole.tape.len().max(1)).clamp(2_000, 200_000);
+    let mut empty = 0;
+    let mut inner_has_any = false;
+    for k in FIRST / 2..=LAST / 2 {
+        let half = 2f64.powi(k);
+        match shell_is_free(whole, half, &mut budget, &mut scratch) {
+            true => empty += 1,
+            false => {
+                empty = 0;
+                inner_has_any = true;
+            }
+        }
+        if budget == 0 {
+            return None;
+        }
+        if inner_has_any && empty == EMPTY_SHELLS {
+            return Some(2f64.powi(k - EMPTY_SHELLS + 1));
+        }
+    }
+    None
+}
+
+/// Whether F has no zero between the cubes of half-side `half` and `2 half`.
+fn shell_is_free(whole: &Whole, half: f64, budget: &mut usize, scratch: &mut Scratch) -> bool {
+    let mut open = Vec::new();
+    let parts = 4usize.pow(whole.axes as u32);
+    for i in 0..parts {
+        let at = |a: usize| i / 4usize.pow(a as u32) % 4;
+        if (0..whole.axes).all(|a| (1..=2).contains(&at(a))) {
+            continue;
+        }
+        let from = |offset: f64| {
+            std::array::from_fn(|a| if a < whole.axes { (at(a) as f64 - 2.0 + offset) * half } else { 0.0 })
+        };
+        open.push((Aabb::new(from(0.0), from(1.0)), 0));
+    }
+    while let Some((b, depth)) = open.pop() {
+        if *budget == 0 {
+            return false;
+        }
+        *budget -= 1;
+        if excludes(whole, b.lo, b.hi, scratch) {
+            continue;
+        }
+        if depth == 4 {
+            return false;
+        }
+        for i in 0..1usize << whole.axes {
+            let mut part = b;
+            for a in 0..whole.axes {
+                let middle = 0.5 * (b.lo[a] + b.hi[a]);
+                if i >> a & 1 == 0 { part.hi[a] = middle } else { part.lo[a] = middle }
+            }
+            open.push((part, depth + 1));
+        }
+    }
+    true
+}
+
+/// The hull of the boxes that may contain zeros, found again at ever finer scale, with a small margin.
+fn tightened(field: &Field, mut bounds: Aabb) -> Option<Aabb> {
+    for _ in 0..24 {
+        let side = (0..3).map(|a| bounds.hi[a] - bounds.lo[a]).fold(0.0, f64::max);
+        let cells = field.cells(&bounds, side / 32.0, 1 << 14)?;
+        let corners: Vec<[f64; 3]> = cells.boxes.iter().flat_map(|b| [b.lo, b.hi]).collect();
+        // Nothing left: the surface is empty, and any box contains it.
+        let Some(hull) = Aabb::around(&corners) else { return Some(bounds) };
+        let done = hull.diagonal() > 0.8 * bounds.diagonal();
+        bounds = hull;
+        if done {
+            break;
+        }
+    }
+    let mut grown = bounds.grown(0.01 * bounds.diagonal());
+    if field.axes() == 2 {
+        (grown.lo[2], grown.hi[2]) = (0.0, 0.0);
+    }
+    Some(grown)
+}

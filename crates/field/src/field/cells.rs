@@ -1,0 +1,176 @@
+//! Interval search: the boxes that may contain a zero of F, with pruned tapes for the points in them.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::interval::Interval;
+use crate::program::{Program, Purpose};
+use crate::prune::Scratch;
+use crate::regions::Whole;
+use crate::surface::{Aabb, Cells, Surface};
+use crate::tape::Tape;
+use crate::FieldError;
+
+/// Pruned tapes are made while a level has at most this many boxes; below, children share their ancestor's.
+const MOST_TAPES: usize = 4096;
+
+/// A tape and the box it is good for.
+#[derive(Clone)]
+struct Region {
+    bounds: Aabb,
+    tape: Arc<Tape>,
+}
+
+struct Open {
+    bounds: Aabb,
+    region: Region,
+}
+
+/// The boxes of side at most `side` (larger if they would be more than `most`) that may contain zeros.
+pub(super) fn search<'a>(whole: Whole<'a>, bounds: &Aabb, side: f64, most: usize, tail: f64) -> Cells<'a> {
+    let root = Region { bounds: bounds.grown(0.25 * longest(bounds)), tape: Arc::new(whole.tape.clone()) };
+    let mut level = vec![Open { bounds: *bounds, region: root }];
+    let axes = whole.axes;
+    let mut present = longest(bounds);
+    loop {
+        let prune = level.len() <= MOST_TAPES;
+        let finest = present <= side || level.len() * 4 > most;
+        let next: Vec<Vec<Open>> = level
+            .par_iter()
+            .with_min_len(16)
+            .map_init(Scratch::default, |scratch, open| visit(&whole, open, prune, finest, tail, axes, scratch))
+            .collect();
+        level = next.into_iter().flatten().collect();
+        if finest || level.is_empty() {
+            break;
+        }
+        present *= 0.5;
+    }
+    let boxes = level.iter().map(|o| o.bounds).collect();
+    let mut regions: Vec<Region> = Vec::new();
+    for open in level {
+        if !regions.last().is_some_and(|r| Arc::ptr_eq(&r.tape, &open.region.tape)) {
+            regions.push(open.region);
+        }
+    }
+    let compile = |r: Region| (r.bounds, Program::new(&r.tape, Purpose::Inputs));
+    let regions = regions.into_par_iter().map(compile).collect();
+    Cells { boxes, side: present, evaluate: Box::new(Located { whole, regions }) }
+}
+
+fn longest(b: &Aabb) -> f64 {
+    (0..3).map(|a| b.hi[a] - b.lo[a]).fold(0.0, f64::max)
+}
+
+/// Nothing if F has no zero in the box; else its parts, or itself on the finest level.
+fn visit(
+    whole: &Whole,
+    open: &Open,
+    prune: bool,
+    finest: bool,
+    tail: f64,
+    axes: usize,
+    scratch: &mut Scratch,
+) -> Vec<Open> {
+    let Open { bounds, region } = open;
+    if !region.tape.interval(&whole.spans, &whole.inputs(bounds), scratch).has_zero() {
+        return Vec::new();
+    }
+    let mut region = region.clone();
+    if prune && region.tape.len() > 16 {
+        let grown = bounds.grown(0.25 * longest(bounds));
+        region.tape.interval(&whole.spans, &whole.inputs(&grown), scratch);
+        let tape = region.tape.pruned(&whole.spans, tail, scratch);
+        if tape.len() * 10 < region.tape.len() * 9 || region.tape.len() < 64 {
+            region = Region { bounds: grown, tape: Arc::new(tape) };
+        }
+    }
+    if finest {
+        return vec![Open { bounds: *bounds, region }];
+    }
+    // Halve every axis that is not much shorter than the longest.
+    let long = longest(bounds);
+    let mut parts = vec![*bounds];
+    for a in 0..axes {
+        if bounds.hi[a] - bounds.lo[a] > 0.6 * long {
+            let middle = 0.5 * (bounds.lo[a] + bounds.hi[a]);
+            parts = parts
+                .into_iter()
+                .flat_map(|b| {
+                    let (mut low, mut high) = (b, b);
+                    low.hi[a] = middle;
+                    high.lo[a] = middle;
+                    [low, high]
+                })
+                .collect();
+        }
+    }
+    parts.into_iter().map(|bounds| Open { bounds, region: region.clone() }).collect()
+}
+
+/// Evaluates points by the region they lie in.
+struct Located<'a> {
+    whole: Whole<'a>,
+    regions: Vec<(Aabb, Program)>,
+}
+
+impl Located<'_> {
+    /// Runs of consecutive points with one region each, or none for a point outside all.
+    fn runs(&self, points: &[[f64; 3]]) -> Vec<(usize, usize, Option<usize>)> {
+        let mut runs: Vec<(usize, usize, Option<usize>)> = Vec::new();
+        let mut current = 0;
+        let n = self.regions.len();
+        for (i, p) in points.iter().enumerate() {
+            let holds = |r: &usize| self.regions[*r].0.contains(*p);
+            let found = (current..n).chain(0..current).find(holds);
+            current = found.unwrap_or(current);
+            match runs.last_mut() {
+                Some((start, end, r)) if *r == found && *end - *start < 4096 => *end = i + 1,
+                _ => runs.push((i, i + 1, found)),
+            }
+        }
+        runs
+    }
+}
+
+impl Surface for Located<'_> {
+    fn axes(&self) -> usize {
+        self.whole.axes
+    }
+
+    fn value_gradient(&self, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) -> Result<(), FieldError> {
+        let mut tasks = Vec::new();
+        let (mut values, mut gradients) = (value, gradient);
+        for (start, end, region) in self.runs(points) {
+            let (v, rest) = values.split_at_mut(end - start);
+            values = rest;
+            let (g, rest) = gradients.split_at_mut(end - start);
+            gradients = rest;
+            tasks.push((&points[start..end], region, v, g));
+        }
+        tasks.into_par_iter().with_min_len(8).for_each(|(points, region, v, g)| {
+            let program = region.map_or(self.whole.program, |r| &self.regions[r].1);
+            self.whole.one(program, points, v, g);
+        });
+        Ok(())
+    }
+
+    fn hessian(&self, points: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), FieldError> {
+        for (start, end, region) in self.runs(points) {
+            let program = region.map_or(self.whole.program, |r| &self.regions[r].1);
+            self.whole.one_hessian(program, &points[start..end], &mut out[start..end]);
+        }
+        Ok(())
+    }
+}
+
+/// A zero-width interval test used by the search for bounds: whether F surely has no zero in the box.
+pub(super) fn excludes(whole: &Whole, lo: [f64; 3], hi: [f64; 3], scratch: &mut Scratch) -> bool {
+    let mut inputs = [Interval::ZERO; crate::MAX_AXES];
+    for a in 0..whole.axes {
+        inputs[a] = Interval::new(lo[a], hi[a]);
+    }
+    !whole.tape.interval(&whole.spans, &inputs, scratch).has_zero()
+}
+
