@@ -17,14 +17,21 @@ pub struct Interval {
     pub hi: f64,
 }
 
+/// At least one unit in the last place, without a branch: several boxes are evaluated side by side.
+#[inline(always)]
+fn step(v: f64) -> f64 {
+    let e = v.abs() * f64::EPSILON + f64::from_bits(1);
+    if v.is_finite() { e } else { 0.0 }
+}
+
 #[inline(always)]
 fn down(v: f64) -> f64 {
-    v.next_down()
+    v - step(v)
 }
 
 #[inline(always)]
 fn up(v: f64) -> f64 {
-    v.next_up()
+    v + step(v)
 }
 
 /// Moves an end by `ulps` units in the last place; used where a function is not correctly rounded.
