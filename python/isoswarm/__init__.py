@@ -1,5 +1,52 @@
-"""Even samples on implicit surfaces, by particles that are locked onto F(x, q) = 0."""
+"""Even samples on implicit surfaces, by particles that are locked onto F(x, q) = 0.
 
+>>> import isoswarm as iso
+>>> shape = iso.torus(major=1, minor=0.4) - iso.sphere(r=0.5).translate(x=1)
+>>> samples = iso.sample(shape, n=2000)
+>>> samples.points.shape, samples.normals.shape
+((2000, 3), (2000, 3))
+"""
+
+from isoswarm import errors, functions, metrics, shapes
 from isoswarm._core import __version__
+from isoswarm.blobs import *  # noqa: F403
+from isoswarm.blobs import __all__ as _blobs
+from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, diagnose
+from isoswarm.errors import *  # noqa: F403
+from isoswarm.errors import __all__ as _errors
+from isoswarm.field import Field, Operand, Parameter, Parameters
+from isoswarm.loading import from_function, load, parse
+from isoswarm.molecule import Atoms, molecule, read_atoms
+from isoswarm.samples import Evenness, Report, Samples
+from isoswarm.sampling import sample
+from isoswarm.shapes import *  # noqa: F403
+from isoswarm.shapes import __all__ as _shapes
+from isoswarm.special import *  # noqa: F403
+from isoswarm.special import __all__ as _special
 
-__all__ = ["__version__"]
+__all__ = [
+    "Atoms",
+    "DerivativeCheck",
+    "Diagnosis",
+    "Evenness",
+    "Field",
+    "Operand",
+    "Parameter",
+    "Parameters",
+    "Report",
+    "Samples",
+    "__version__",
+    "check_derivatives",
+    "diagnose",
+    "errors",
+    "from_function",
+    "functions",
+    "load",
+    "metrics",
+    "molecule",
+    "parse",
+    "read_atoms",
+    "sample",
+    "shapes",
+]
+__all__ += _blobs + _errors + _shapes + _special

@@ -1,10 +1,25 @@
-//! `isoswarm._core`: the Rust core as Python sees it. Glue only; one file per core crate.
+//! `isoswarm._core`: the Rust core as Python sees it. Glue only; one file for each core crate, and what they share.
+mod arrays;
+mod callback;
+mod errors;
+mod field;
+mod geometry;
+mod particles;
+mod watch;
+
 use pyo3::prelude::*;
 
 /// The Rust core of isoswarm. Use it through the package `isoswarm`, which documents and checks.
 #[pymodule]
 mod _core {
     use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::field::{Model, kinds};
+    #[pymodule_export]
+    use crate::geometry::{Cloud, write_bytes};
+    #[pymodule_export]
+    use crate::particles::{measure, sample};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

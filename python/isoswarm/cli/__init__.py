@@ -1,0 +1,17 @@
+"""The command `isoswarm`. Glue: everything it does is one call of the package.
+
+Exit codes, which stay as they are:
+
+====  ==============================================================
+0     done
+1     an unexpected failure; please report it
+2     wrong usage or input: a malformed formula, a missing file, …
+3     there is no surface in the bounds
+4     not converged, or out of time; what there is has been written
+130   interrupted with Ctrl-C
+====  ==============================================================
+"""
+
+from isoswarm.cli.app import app, main
+
+__all__ = ["app", "main"]

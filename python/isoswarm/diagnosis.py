@@ -1,0 +1,192 @@
+"""What can be said about a field: for `isoswarm info`."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from isoswarm._arrays import Floats, as_bounds
+from isoswarm.errors import SamplingWarning, TooFewError
+from isoswarm.field import Field
+from isoswarm.samples import Samples
+from isoswarm.sampling import sample
+
+__all__ = ["DerivativeCheck", "Diagnosis", "check_derivatives", "diagnose"]
+
+
+@dataclass(frozen=True)
+class DerivativeCheck:
+    """Derivatives against central differences.
+
+    Attributes
+    ----------
+    points : int
+        Points looked at.
+    gradient : float
+        Median over the points of ‖∇F - differences‖ / ‖differences‖. The median, because at a crease the two differ.
+    parameters : float
+        The same for ∂F/∂q, over the free parameters that were looked at; NaN where there are none.
+    ok : bool
+        Both are below 1e-4.
+
+    """
+
+    points: int
+    gradient: float
+    parameters: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether the derivatives agree with differences."""
+        return self.gradient < 1e-4 and not self.parameters >= 1e-4
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is known about a field.
+
+    Attributes
+    ----------
+    axes : int
+        2 for curves in the plane, 3 for surfaces in space.
+    bounds : pair of lists
+        The box that was searched.
+    components : int
+        Connected components found; 0: there is no surface.
+    certified : bool
+        Whether interval arithmetic has shown that none was missed.
+    area : float
+        Of the surface, from the samples.
+    derivatives : DerivativeCheck or None
+        None where there is no surface.
+    parameters : list of dict
+        path, value, lowest, highest, state (``"free"`` or ``"frozen"``).
+
+    """
+
+    axes: int
+    bounds: tuple[list[float], list[float]]
+    components: int
+    certified: bool
+    area: float
+    derivatives: DerivativeCheck | None
+    parameters: list[dict[str, Any]]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain types only, ready for JSON."""
+        plain = asdict(self)
+        if self.derivatives is not None:
+            plain["derivatives"]["ok"] = self.derivatives.ok
+        return plain
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Name and value as text, for people."""
+        lo, hi = self.bounds
+        certified = "certified" if self.certified else "not certified"
+        rows = [
+            ("axes", str(self.axes)),
+            ("bounds", f"{[float(f'{v:.6g}') for v in lo]} to {[float(f'{v:.6g}') for v in hi]}"),
+            ("components", f"{self.components} ({certified})"),
+            ("parameters", str(len(self.parameters))),
+        ]
+        check = self.derivatives
+        if check is not None:
+            rows.append(("area", f"{self.area:.6g}"))
+            verdict = "right" if check.ok else "WRONG: the gradient is not that of the values"
+            rows.append(("derivatives", f"{verdict} (differ from differences by {check.gradient:.1e})"))
+        return rows
+
+
+def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000) -> Diagnosis:
+    """Look at a field: where its surface is, in how many components, and whether its derivatives are right.
+
+    Parameters
+    ----------
+    field : Field
+        The field.
+    bounds : pair of corners or float, optional
+        Where to look; by default ``field.bounds``.
+    seed : int
+        Of every random choice.
+    n : int
+        Samples used; more are taken if there are more components.
+
+    """
+    lo, hi = as_bounds(bounds, field.axes) if bounds is not None else field.require_bounds()
+    box = (lo, hi) if field.axes == 3 else (lo[:2], hi[:2])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SamplingWarning)
+        try:
+            samples: Samples = sample(field, n=n, bounds=box, seed=seed)
+        except TooFewError as error:
+            samples = sample(field, n=4 * error.components, bounds=box, seed=seed)
+    report = samples.report
+    return Diagnosis(
+        axes=field.axes,
+        bounds=(lo.tolist(), hi.tolist()),
+        components=report.components,
+        certified=report.certified,
+        area=report.area,
+        derivatives=check_derivatives(field, samples.points[:: max(1, len(samples) // 200)]) if len(samples) else None,
+        parameters=[
+            {
+                "path": path,
+                "value": p.value,
+                "lowest": p.bounds[0],
+                "highest": p.bounds[1],
+                "state": "frozen" if p.frozen else "free",
+            }
+            for path, p in field.parameters.items()
+        ],
+    )
+
+
+def check_derivatives(field: Field, X: Floats, most_parameters: int = 50) -> DerivativeCheck:
+    """Compare ∇F and ∂F/∂q with central differences.
+
+    Parameters
+    ----------
+    field : Field
+        The field.
+    X : ndarray, (n, 3)
+        Where; n ≥ 1.
+    most_parameters : int
+        So many parameters are looked at, spread over all.
+
+    """
+    step = 1e-6 * max(float(np.ptp(X, axis=0).max()), 1e-6)
+    differences = np.zeros_like(X)
+    for axis in range(field.axes):
+        aside = np.zeros(3)
+        aside[axis] = step
+        differences[:, axis] = (field.value(X + aside) - field.value(X - aside)) / (2.0 * step)
+    return DerivativeCheck(
+        points=len(X),
+        gradient=_disagreement(field.gradient(X), differences),
+        parameters=_check_parameters(field, X, most_parameters),
+    )
+
+
+def _check_parameters(field: Field, X: Floats, most: int) -> float:
+    free = [(i, path) for i, (path, p) in enumerate(field.parameters.items()) if not p.frozen]
+    free = free[:: max(1, len(free) // most)]
+    if not free:
+        return float("nan")
+    given = field.parameter_gradient(X)[:, [i for i, _ in free]]
+    differences = np.zeros_like(given)
+    for column, (_, path) in enumerate(free):
+        value = field.parameters[path].value
+        step = 1e-6 * max(abs(value), 1e-3)
+        above = field.with_parameters({path: value + step}).value(X)
+        below = field.with_parameters({path: value - step}).value(X)
+        differences[:, column] = (above - below) / (2.0 * step)
+    return _disagreement(given, differences)
+
+
+def _disagreement(given: Floats, expected: Floats) -> float:
+    """Median of the relative differences of rows; rows that both vanish agree."""
+    scale = np.linalg.norm(expected, axis=1) + 1e-9 * (1.0 + np.abs(expected).max())
+    return float(np.median(np.linalg.norm(given - expected, axis=1) / scale))

@@ -1,0 +1,146 @@
+"""Formulas and model files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import SupportsFloat
+
+import numpy as np
+
+from isoswarm import _core
+from isoswarm._arrays import Floats, as_bounds
+from isoswarm.callbacks import BatchFunction, checked
+from isoswarm.field import Field
+
+__all__ = ["from_function", "load", "parse"]
+
+MOST_BYTES = 256 << 20
+
+
+def parse(text: str, *, axes: int = 3, **parameters: SupportsFloat) -> Field:
+    """Read a formula.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"x^2 + y^2 + z^2 - r^2"`` or ``"sphere(r=1) | box(2, 1, 1)"``: arithmetic, the usual functions,
+        shapes and operators; ``^`` and ``**`` are powers; ``|``, ``&``, ``~`` combine, and ``-`` between two solids
+        is their difference. F < 0 is inside.
+    axes : {3, 2}
+        2 for a curve in the plane.
+    **parameters : float
+        Values of the names that the text uses; each becomes a parameter of the field.
+
+    Returns
+    -------
+    Field
+
+    Raises
+    ------
+    ParseError
+        With the position, what was expected and what was found.
+
+    Examples
+    --------
+    >>> import isoswarm as iso
+    >>> iso.parse("x^2 + y^2 + z^2 - r^2", r=2).value([[3, 0, 0]]).tolist()
+    [5.0]
+
+    """
+    if not isinstance(text, str):
+        raise TypeError(f"text: expected a formula, given {type(text).__name__}")
+    return Field(_core.Model.parse(text, [(name, float(value)) for name, value in parameters.items()], axes))
+
+
+def from_function(
+    function: BatchFunction,
+    gradient: BatchFunction | None = None,
+    *,
+    bounds: object = None,
+    axes: int = 3,
+    name: str | None = None,
+) -> Field:
+    """Make a field of any Python function of arrays.
+
+    Parameters
+    ----------
+    function : callable
+        Takes all points at once, (n, `axes`), and returns F at each, (n,), with F < 0 inside. It is called on the
+        thread that you call from.
+    gradient : callable, optional
+        Takes (n, `axes`), returns ∂F/∂x, (n, `axes`). Without it F is differentiated numerically.
+    bounds : pair of corners or float, optional
+        A box that contains the surface; b for the box from -b to b.
+    axes : {3, 2}
+        2 for a curve in the plane.
+    name : str, optional
+        How messages and files call it; by default the function's own name.
+
+    Returns
+    -------
+    Field
+        Without intervals, so that no search for its components is certified.
+
+    Examples
+    --------
+    >>> import isoswarm as iso, numpy as np
+    >>> ball = iso.from_function(lambda X: np.linalg.norm(X, axis=1) - 1, bounds=1.5)
+    >>> ball.gradient([[2.0, 0.0, 0.0]]).round(6).tolist()
+    [[1.0, 0.0, 0.0]]
+
+    """
+    if axes not in (2, 3):
+        raise ValueError(f"axes: expected 2 or 3, given {axes}")
+    called: str = name or getattr(function, "__name__", "function")
+    box = None
+    if bounds is not None:
+        lo, hi = as_bounds(bounds, axes)
+        box = (tuple(lo.tolist()), tuple(hi.tolist()))
+    value = checked(function, called, axes)
+    slope = None if gradient is None else checked(gradient, f"gradient of {called}", axes, (axes,))
+    if slope is not None and axes == 2:
+        slope = _padded(slope)
+    field = Field(_core.Model.function(called, value, slope, box))
+    return field if axes == 3 else Field(_core.Model.node("planar", [field._model], {}))
+
+
+def _padded(slope: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
+    """A gradient in the plane with a third component of 0."""
+    return lambda X: np.pad(slope(X), ((0, 0), (0, 1)))
+
+
+def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = None) -> Field:
+    """Read a model from a file.
+
+    Parameters
+    ----------
+    path : str or path
+        A ``.vm`` tape (plain text, as fidget and MPR write it) or an ``.iso.json``.
+    functions : mapping, optional
+        The fields, made with :func:`from_function`, that the file refers to by name.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    FileFormatError
+        A malformed or truncated file: with its line.
+
+    """
+    file = Path(path)
+    name = file.name.lower()
+    if not name.endswith((".vm", ".iso.json")):
+        raise ValueError(f"{file}: expected a file that ends in .vm or .iso.json")
+    if not file.is_file():
+        raise FileNotFoundError(f"no model at {file}")
+    if file.stat().st_size > MOST_BYTES:
+        raise ValueError(f"{file} has {file.stat().st_size:,} bytes; at most {MOST_BYTES:,} are read")
+    try:
+        text = file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{file}: expected text in UTF-8, given something else at byte {error.start}") from None
+    if name.endswith(".vm"):
+        return Field(_core.Model.from_vm(text))
+    return Field(_core.Model.from_json(text, [(key, f._model) for key, f in (functions or {}).items()]))

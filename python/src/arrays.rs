@@ -1,0 +1,46 @@
+//! NumPy arrays to and from the core's columns. Inputs are copied, so that Python may change them meanwhile.
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// An (n, 3) array as the core's points.
+pub fn points(what: &str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 3]>> {
+    rows::<3>(what, array)
+}
+
+/// An (n, K) array as rows.
+pub fn rows<const K: usize>(what: &str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; K]>> {
+    let view = array.as_array();
+    if view.ncols() != K {
+        let given = view.dim();
+        return Err(PyValueError::new_err(format!("{what}: expected shape (n, {K}), given {given:?}")));
+    }
+    Ok(view.rows().into_iter().map(|row| std::array::from_fn(|a| row[a])).collect())
+}
+
+/// An (n,) array as a column.
+pub fn column(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
+    array.as_array().iter().copied().collect()
+}
+
+/// Rows as an (n, K) array, without a copy.
+pub fn from_rows<const K: usize>(py: Python<'_>, rows: Vec<[f64; K]>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let n = rows.len();
+    rows.into_flattened().into_pyarray(py).reshape([n, K])
+}
+
+/// A column as an (n,) array, without a copy.
+pub fn from_column(py: Python<'_>, values: Vec<f64>) -> Bound<'_, PyArray1<f64>> {
+    values.into_pyarray(py)
+}
+
+/// Numbers as an (n, m) array, without a copy; m may be 0.
+pub fn matrix(py: Python<'_>, values: Vec<f64>, n: usize, m: usize) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    values.into_pyarray(py).reshape([n, m])
+}
+
+/// Nine numbers a point as an (n, 3, 3) array, without a copy.
+pub fn cube(py: Python<'_>, values: Vec<f64>) -> PyResult<Bound<'_, PyArray3<f64>>> {
+    let n = values.len() / 9;
+    values.into_pyarray(py).reshape([n, 3, 3])
+}

@@ -1,0 +1,141 @@
+//! isoswarm-geometry for Python: files and pictures.
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use isoswarm_geometry::{self as core, Background, Coloring, GeometryError, Picture, PictureOptions, PointCloud};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::arrays;
+use crate::errors;
+
+/// Points and their columns, copied from Python.
+#[pyclass(frozen, module = "isoswarm._core")]
+pub struct Cloud {
+    points: Vec<[f64; 3]>,
+    normals: Option<Vec<[f64; 3]>>,
+    radii: Option<Vec<f64>>,
+    areas: Option<Vec<f64>>,
+    curvatures: Option<Vec<[f64; 2]>>,
+    colors: Option<Vec<[f64; 3]>>,
+}
+
+impl Cloud {
+    fn borrowed(&self) -> PointCloud<'_> {
+        PointCloud {
+            points: &self.points,
+            normals: self.normals.as_deref(),
+            radii: self.radii.as_deref(),
+            areas: self.areas.as_deref(),
+            curvatures: self.curvatures.as_deref(),
+            colors: self.colors.as_deref(),
+        }
+    }
+}
+
+#[pymethods]
+impl Cloud {
+    #[new]
+    #[pyo3(signature = (points, normals=None, radii=None, areas=None, curvatures=None, colors=None))]
+    fn new(
+        points: PyReadonlyArray2<'_, f64>,
+        normals: Option<PyReadonlyArray2<'_, f64>>,
+        radii: Option<PyReadonlyArray1<'_, f64>>,
+        areas: Option<PyReadonlyArray1<'_, f64>>,
+        curvatures: Option<PyReadonlyArray2<'_, f64>>,
+        colors: Option<PyReadonlyArray2<'_, f64>>,
+    ) -> PyResult<Self> {
+        Ok(Self {
+            points: arrays::points("points", &points)?,
+            normals: normals.map(|a| arrays::points("normals", &a)).transpose()?,
+            radii: radii.map(|a| arrays::column(&a)),
+            areas: areas.map(|a| arrays::column(&a)),
+            curvatures: curvatures.map(|a| arrays::rows("curvatures", &a)).transpose()?,
+            colors: colors.map(|a| arrays::points("colors", &a)).transpose()?,
+        })
+    }
+
+    /// Writes the file that the ending asks for: .ply, .obj, .csv or .npz; whole or not at all.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| core::save(path, &self.borrowed())).map_err(errors::geometry)
+    }
+
+    /// A picture as (height, width, PNG).
+    #[pyo3(signature = (*, width, height, azimuth, elevation, style, coloring, transparent, disc_scale, supersampling))]
+    fn png<'py>(
+        &self,
+        py: Python<'py>,
+        width: u32,
+        height: u32,
+        azimuth: f64,
+        elevation: f64,
+        style: &str,
+        coloring: &str,
+        transparent: bool,
+        disc_scale: Option<f64>,
+        supersampling: u32,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let mut options = PictureOptions {
+            width,
+            height,
+            azimuth,
+            elevation,
+            style: style.parse().map_err(errors::geometry)?,
+            disc_scale,
+            supersampling,
+            ..PictureOptions::default()
+        };
+        match coloring {
+            "uniform" => {}
+            "given" => options.coloring = Coloring::Given,
+            "curvature" => options.coloring = Coloring::Curvature,
+            "height" => options.coloring = Coloring::Height,
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "coloring: expected uniform, given, curvature or height, given {coloring:?}"
+                )));
+            }
+        }
+        if transparent {
+            options.background = Background::Transparent;
+        }
+        let png = interruptible(py, |stop| {
+            core::render_until(&self.borrowed(), &options, stop).and_then(|picture: Picture| picture.to_png())
+        })?;
+        Ok(PyBytes::new(py, &png))
+    }
+}
+
+/// Runs `work` on another thread, so that this one can see Ctrl-C and tell it to stop.
+fn interruptible<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&AtomicBool) -> Result<T, GeometryError> + Send,
+) -> PyResult<T> {
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&stop));
+        let mut raised = None;
+        while !worker.is_finished() {
+            py.detach(|| std::thread::sleep(Duration::from_millis(2)));
+            if let (None, Err(error)) = (&raised, py.check_signals()) {
+                stop.store(true, Ordering::Relaxed);
+                raised = Some(error);
+            }
+        }
+        let result = py.detach(|| worker.join());
+        match (raised, result) {
+            (Some(error), _) => Err(error),
+            (None, Ok(result)) => result.map_err(errors::geometry),
+            (None, Err(panic)) => std::panic::resume_unwind(panic),
+        }
+    })
+}
+
+/// Writes a file whole or not at all.
+#[pyfunction]
+pub fn write_bytes(py: Python<'_>, path: PathBuf, content: Vec<u8>) -> PyResult<()> {
+    py.detach(|| core::write_atomically(&path, |out| out.write_all(&content))).map_err(errors::geometry)
+}

@@ -1,0 +1,38 @@
+"""The README's Python runs, and says what is true."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+def blocks(root: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", (root / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+
+
+def test_the_example_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (example,) = blocks(root, "python")
+    assert len(example.strip().splitlines()) <= 14
+    names: dict[str, object] = {}
+    exec(compile(example, "README.md", "exec"), names)
+    samples = names["samples"]
+    assert len(samples) == 10_000  # type: ignore[arg-type]
+    assert (tmp_path / "points.ply").stat().st_size > 10_000 * 48
+    assert np.isfinite(samples.points).all()  # type: ignore[attr-defined]
+
+
+def test_every_file_that_it_points_to_exists(root: Path) -> None:
+    text = (root / "README.md").read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)#:]+)\)|src=\"([^\":]+)\"", text)
+    assert targets
+    for pair in targets:
+        target = next(t for t in pair if t)
+        assert (root / target).exists(), target
+
+
+def test_the_two_commands_are_targets(root: Path) -> None:
+    makefile = (root / "Makefile").read_text(encoding="utf-8")
+    for command in ("demo", "test", "bench", "docs"):
+        assert f"\n{command}:" in makefile
