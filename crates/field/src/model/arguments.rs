@@ -31,16 +31,13 @@ impl Value {
     fn store(self, p: &mut Param) {
         match self {
             Value::Number(v) => p.value = v,
-            Value::Model(m) => match closed_value(&m) {
-                Some(v) => p.value = v,
-                None => p.expr = Some(m),
-            },
+            Value::Model(m) => p.expr = Some(m),
         }
     }
 }
 
 /// The value of a formula without coordinates and parameters, such as 2*pi.
-fn closed_value(m: &Model) -> Option<f64> {
+pub(super) fn closed_value(m: &Model) -> Option<f64> {
     let mut seen = rustc_hash::FxHashSet::default();
     let mut rest = vec![m];
     while let Some(m) = rest.pop() {

@@ -103,13 +103,19 @@ pub struct Model(Arc<Tree>);
 
 impl Model {
     /// A node. `Invalid` where the counts, values or payload are not what the kind needs, `TooLarge` where the
-    /// tree would be deeper than [`MAX_DEPTH`].
+    /// tree would be deeper than [`MAX_DEPTH`]. A parameter given by an expression without coordinates and
+    /// parameters gets its value.
     pub fn new(
         kind: &'static Kind,
-        params: Vec<Param>,
+        mut params: Vec<Param>,
         operands: Vec<Model>,
         payload: Payload,
     ) -> Result<Self, FieldError> {
+        for p in &mut params {
+            if let Some(v) = p.expr.as_ref().and_then(arguments::closed_value) {
+                (p.value, p.expr) = (v, None);
+            }
+        }
         check(kind, &params, &operands, &payload)?;
         Self::unchecked(kind, None, params, operands, payload)
     }

@@ -44,7 +44,7 @@ pub(super) fn error_at(text: &str, at: usize, reason: impl Into<String>) -> Fiel
 }
 
 fn is_name(c: char) -> bool {
-    c.is_alphanumeric() || c == '_'
+    c.is_alphabetic() || c.is_ascii_digit() || c == '_'
 }
 
 /// Whether a text is a name that a formula can use.

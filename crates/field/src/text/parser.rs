@@ -153,6 +153,10 @@ impl<'a> Parser<'a> {
         self.tokens[self.next].0
     }
 
+    fn peek_second(&self) -> Token<'a> {
+        self.tokens.get(self.next + 1).map_or(Token::End, |t| t.0)
+    }
+
     fn position(&self) -> usize {
         self.tokens[self.next].1
     }
@@ -197,9 +201,7 @@ impl<'a> Parser<'a> {
     }
 
     fn whole(&mut self) -> Result<Model, FieldError> {
-        while let (Token::Name(name), Token::Sign("=")) =
-            (self.peek(), self.tokens.get(self.next + 1).map_or(Token::End, |t| t.0))
-        {
+        while let (Token::Name(name), Token::Sign("=")) = (self.peek(), self.peek_second()) {
             if ["x", "y", "z"].contains(&name) || self.parameters.contains_key(name) {
                 return self.fail(format!("`{name}` already means something else"));
             }
@@ -367,7 +369,7 @@ impl<'a> Parser<'a> {
         while !self.accept(")") {
             places.push(self.position());
             let mut key = None;
-            if let (Token::Name(n), Token::Sign("=")) = (self.peek(), self.tokens[self.next + 1].0) {
+            if let (Token::Name(n), Token::Sign("=")) = (self.peek(), self.peek_second()) {
                 key = Some(n);
                 self.next += 2;
             } else if !keyword.is_empty() {

@@ -35,6 +35,8 @@ pub(crate) fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a str>) -
         .collect();
     best.sort();
     best.dedup();
+    let nearest = best.first().map_or(0, |b| b.0);
+    best.retain(|b| b.0 == nearest);
     let names: Vec<String> = best.iter().take(3).map(|(_, k)| format!("`{k}`")).collect();
     match names.as_slice() {
         [] => String::new(),

@@ -20,7 +20,10 @@ fn the_deepest_tree_lowers_prints_compares_and_drops() {
         assert_eq!(m.lower().unwrap().graph.len(), MAX_DEPTH + 2);
         assert!(m.parameters().is_empty());
         let text = m.to_text().unwrap();
-        assert!(crate::text::parse(&text, &[]).unwrap() == m, "deep parts are named so that the text can be read");
+        assert!(
+            crate::text::parse(&text, &[]).unwrap() == m,
+            "deep parts are named so that the text can be read"
+        );
         assert!(crate::json::from_json(&crate::json::to_json(&m)).unwrap() == m);
         let edited = m.operator("+", &model("sphere()"));
         let e = edited.unwrap_err().to_string();
@@ -44,9 +47,11 @@ fn a_tree_as_deep_in_its_parameters_drops() {
 fn a_small_tree_that_unfolds_without_end_is_refused() {
     let mut m = model("sphere(0.1)");
     for i in 0..40 {
-        let moved = |d: f64| Value::Model(
-            Model::call("translate", vec![Value::Model(m.clone()), Value::Number(d)], vec![]).unwrap(),
-        );
+        let moved = |d: f64| {
+            Value::Model(
+                Model::call("translate", vec![Value::Model(m.clone()), Value::Number(d)], vec![]).unwrap(),
+            )
+        };
         m = Model::call("union", vec![moved(1.0 + i as f64), moved(-0.5)], vec![]).unwrap();
     }
     match m.lower() {

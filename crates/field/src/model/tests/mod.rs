@@ -8,8 +8,11 @@ mod table;
 
 use std::sync::Arc;
 
-use super::{Callback, Category, Layout, Lowered, MAX_AXES, Model, Operands, Param, Payload, PayloadKind, Value};
-use super::{kinds, monomials};
+use super::kinds;
+use super::kinds::monomials;
+use super::{
+    Callback, Category, Layout, Lowered, MAX_AXES, Model, Operands, Param, Payload, PayloadKind, Value,
+};
 use crate::graph::Expr;
 use crate::op::{apply, is_flat, pull};
 use crate::{FieldError, Node};
@@ -81,7 +84,7 @@ impl Callback for Ball {
 /// A node of every kind at its defaults, with spheres and boxes as operands of operators, and coordinates as
 /// those of formulas.
 pub fn one_of_each() -> Vec<Model> {
-    let solid = |i: usize| model(["sphere(0.8)", "translate(box(1, 1.2, 1.4), 0.3)", "torus()"][i % 3]);
+    let solid = |i: usize| model(["sphere(0.7)", "translate(box(1, 1.2, 1.4), 0.3)", "torus()"][i % 3]);
     let formula = |i: usize| model(["0.3 + 0.2*x", "0.4 + 0.1*y", "1 + 0.3*z"][i % 3]);
     let mut all = Vec::new();
     for k in kinds() {
@@ -101,7 +104,9 @@ pub fn one_of_each() -> Vec<Model> {
                 let h = crate::text::parse_with("f + g - k*sqrt(f^2 + g^2)", &[("k", 0.5)], options);
                 Payload::Expression(h.unwrap())
             }
-            PayloadKind::Program => Payload::Program(crate::vm::Program::of(&model("x^2 + y - 1")).unwrap().into()),
+            PayloadKind::Program => {
+                Payload::Program(crate::vm::Program::of(&model("x^2 + y - 1")).unwrap().into())
+            }
             PayloadKind::Callback => Payload::Callback(Arc::new(Ball)),
         };
         match k.layout {
@@ -110,10 +115,13 @@ pub fn one_of_each() -> Vec<Model> {
             Layout::Groups => {
                 let numbers = params.iter().map(|p| Value::Number(p.value));
                 let groups = (0..2 * k.group.len()).map(|i| Value::Number(0.1 + 0.13 * i as f64));
-                params = Model::call(k.name, numbers.chain(groups).collect(), vec![]).unwrap().params().to_vec();
+                params =
+                    Model::call(k.name, numbers.chain(groups).collect(), vec![]).unwrap().params().to_vec();
             }
             Layout::Monomials => {
-                let named = |(i, e): (usize, &[u8; 3])| Param::new(super::kinds::coefficient_name(*e), 0.1 * i as f64);
+                let named = |(i, e): (usize, &[u8; 3])| {
+                    Param::new(super::kinds::coefficient_name(*e), 0.1 * i as f64)
+                };
                 params = monomials(3).iter().enumerate().map(named).collect();
             }
         }
@@ -138,7 +146,8 @@ fn grow(source: &mut dyn Iterator<Item = u8>, depth: usize, pool: &mut Vec<Model
     let usable: Vec<&super::Kind> = kinds()
         .iter()
         .filter(|k| {
-            matches!(k.payload, PayloadKind::None) && !matches!(k.name, "stack" | "parameter" | "x" | "y" | "z")
+            matches!(k.payload, PayloadKind::None)
+                && !matches!(k.name, "stack" | "parameter" | "x" | "y" | "z")
         })
         .filter(|k| depth > 0 || k.operands == Operands::Exactly(0))
         .collect();
@@ -175,9 +184,12 @@ fn grow(source: &mut dyn Iterator<Item = u8>, depth: usize, pool: &mut Vec<Model
     if k.layout == Layout::Groups {
         let all: Vec<Value> = params.iter().map(|p| Value::Number(p.value)).collect();
         let group = numbers.iter().chain(&numbers).take(k.group.len()).map(|v| Value::Number(*v));
-        params = Model::call(k.name, all.into_iter().chain(group).collect(), vec![]).unwrap().params().to_vec();
+        params =
+            Model::call(k.name, all.into_iter().chain(group).collect(), vec![]).unwrap().params().to_vec();
     }
-    let mut m = Model::new(k, params, operands, Payload::None).unwrap();
+    let plain = params.iter().map(|p| Param { expr: None, ..p.clone() }).collect();
+    let mut m = Model::new(k, params, operands.clone(), Payload::None)
+        .unwrap_or_else(|_| Model::new(k, plain, operands, Payload::None).unwrap());
     if name % 5 == 1 {
         m = m.named(&format!("part{}", pool.len())).unwrap();
     }

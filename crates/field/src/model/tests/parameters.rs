@@ -10,7 +10,14 @@ fn paths(m: &Model) -> Vec<String> {
 fn a_nodes_own_parameters_come_before_its_operands() {
     let m = model("smooth_union(sphere(2), translate(box(1, 2, 3), 4, 5, 6), k=0.5)");
     let expected = [
-        "smooth_union/k", "sphere/r", "translate/x", "translate/y", "translate/z", "box/x", "box/y", "box/z",
+        "smooth_union/k",
+        "sphere/r",
+        "translate/x",
+        "translate/y",
+        "translate/z",
+        "box/x",
+        "box/y",
+        "box/z",
     ];
     assert_eq!(paths(&m), expected);
     let values: Vec<f64> = m.parameters().iter().map(|p| p.value).collect();
@@ -22,14 +29,23 @@ fn paths_have_the_names_above_and_are_unique() {
     let m = model("arm = capsule(0.2); body = arm | sphere() | sphere(2); body | translate(body, 3)");
     assert_eq!(
         paths(&m),
-        ["body/arm/r", "body/arm/h", "body/sphere/r", "body/sphere_2/r", "translate/x", "translate/y", "translate/z"],
+        [
+            "body/arm/r",
+            "body/arm/h",
+            "body/sphere/r",
+            "body/sphere_2/r",
+            "translate/x",
+            "translate/y",
+            "translate/z"
+        ],
         "a part that occurs twice has its parameters once"
     );
     let m = model("sphere(1) | sphere(2)").named("top").unwrap();
     assert_eq!(paths(&m), ["top/sphere/r", "top/sphere_2/r"]);
     let m = crate::text::parse("body = sphere(r) | x^2 - r; body", &[("r", 2.0)]).unwrap();
     assert_eq!(paths(&m), ["r"], "a free-standing parameter is its name");
-    let twice = Model::parameter("r", 1.0).unwrap().operator("+", &Model::parameter("r", 2.0).unwrap()).unwrap();
+    let twice =
+        Model::parameter("r", 1.0).unwrap().operator("+", &Model::parameter("r", 2.0).unwrap()).unwrap();
     assert_eq!(paths(&twice), ["r", "r_2"]);
 }
 

@@ -6,7 +6,11 @@ use super::*;
 fn every_kind_is_described_and_its_defaults_are_valid() {
     for k in kinds() {
         assert!(!k.doc.is_empty() && !k.formula.is_empty(), "{} lacks a description", k.name);
-        assert!(k.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'), "{}", k.name);
+        assert!(
+            k.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'),
+            "{}",
+            k.name
+        );
         assert_eq!(super::super::kind(k.name).map(|k| k.name), Some(k.name));
         assert_eq!(k.group.is_empty(), k.layout != Layout::Groups, "{}", k.name);
         for s in k.params.iter().chain(k.group) {
@@ -57,7 +61,11 @@ fn every_kind_has_the_gradient_of_its_values() {
             assert!(f.is_finite(), "{name} at {p:?} is {f}");
             for a in 0..3 {
                 let d = difference(&lowered, p, a);
-                assert!((g[a] - d).abs() < 2e-6 * (1.0 + d.abs()), "{name} axis {a} at {p:?}: {} against {d}", g[a]);
+                assert!(
+                    (g[a] - d).abs() < 2e-6 * (1.0 + d.abs()),
+                    "{name} axis {a} at {p:?}: {} against {d}",
+                    g[a]
+                );
             }
         }
     }
@@ -70,9 +78,15 @@ fn no_solid_is_undefined_at_its_centre_or_on_its_axes() {
             continue;
         }
         let lowered = m.lower().unwrap();
-        for p in [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]] {
+        for p in
+            [[0.0; 3], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+        {
             let (f, g) = at(&lowered, p);
-            assert!(f.is_finite() && g.iter().all(|v| v.is_finite()), "{} at {p:?}: {f}, {g:?}", m.kind().name);
+            assert!(
+                f.is_finite() && g.iter().all(|v| v.is_finite()),
+                "{} at {p:?}: {f}, {g:?}",
+                m.kind().name
+            );
         }
     }
 }
@@ -97,7 +111,10 @@ fn wrong_counts_and_values_are_refused_with_the_reason() {
     refused(Model::constant(f64::INFINITY), "must be finite");
     let ball = || Value::Model(model("sphere()"));
     refused(Model::call("twist", vec![ball(), n(1.0), n(0.5)], vec![]), "axis must be a whole number");
-    refused(Model::call("r_blend", vec![ball(), ball(), n(0.0)], vec![]).and_then(|m| m.lower().map(|_| m)), "s must be 1");
+    refused(
+        Model::call("r_blend", vec![ball(), ball(), n(0.0)], vec![]).and_then(|m| m.lower().map(|_| m)),
+        "s must be 1",
+    );
     refused(
         Model::call("twist", vec![ball(), n(1.0), Value::Model(Model::axis(0))], vec![]),
         "axis is discrete",
@@ -107,8 +124,7 @@ fn wrong_counts_and_values_are_refused_with_the_reason() {
 #[test]
 fn coefficients_are_named_by_their_exponents_in_the_order_of_the_paper() {
     let names: Vec<String> = monomials(2).into_iter().map(super::super::kinds::coefficient_name).collect();
-    let expected =
-        ["c", "c_x1", "c_y1", "c_z1", "c_x2", "c_x1y1", "c_y2", "c_x1z1", "c_y1z1", "c_z2"];
+    let expected = ["c", "c_x1", "c_y1", "c_z1", "c_x2", "c_x1y1", "c_y2", "c_x1z1", "c_y1z1", "c_z2"];
     assert_eq!(names, expected);
     for d in 0..6 {
         assert_eq!(monomials(d).len(), (d + 1) * (d + 2) * (d + 3) / 6, "HBJF02's footnote 1");
