@@ -124,7 +124,7 @@ fn implicit(f: impl Fn([f64; 3]) -> f64, half: f64, spacing: f64) -> Cloud {
     let cell = |p: [f64; 3]| p.map(|v| (((v + half) / spacing) as usize).min(cells - 1));
     let mut cloud = Cloud::default();
     let mut misses = 0;
-    while misses < 4_000 {
+    while misses < 3_000 {
         let mut p: [f64; 3] = std::array::from_fn(|_| half * (2.0 * random() - 1.0));
         for _ in 0..6 {
             let (v, g) = (f(p), gradient(p));
@@ -182,7 +182,7 @@ fn molecule(spacing: f64) -> Cloud {
                 .iter()
                 .map(|a| {
                     let d = norm([p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
-                    (-(d * d) / 0.018).exp()
+                    if d < 0.6 { (-(d * d) / 0.018).exp() } else { 0.0 }
                 })
                 .sum();
             -(sum.max(1e-300)).ln() * 0.1 - 0.05
