@@ -195,9 +195,6 @@ impl<S: Scalar> Scalar for Dual<S> {
     }
     #[inline(always)]
     fn pass_if_less(self, b: Self, g: Self) -> Self {
-        Self {
-            v: self.v.pass_if_less(b.v, g.v),
-            d: g.d.map(|d| self.v.pass_if_less(b.v, d)),
-        }
+        Self { v: self.v.pass_if_less(b.v, g.v), d: g.d.map(|d| self.v.pass_if_less(b.v, d)) }
     }
 }

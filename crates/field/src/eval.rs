@@ -3,8 +3,8 @@
 //! the width of the machine's vectors.
 
 use crate::op::{Op, apply, is_flat, pull};
-use crate::scalar::Scalar;
 use crate::program::{Back, Program};
+use crate::scalar::Scalar;
 use crate::tape::{Code, Mode, Uniform};
 
 /// Calls `$run!(Op)` with the operation as a constant, so that each arm compiles to its own loop.

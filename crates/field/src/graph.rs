@@ -113,7 +113,9 @@ impl Graph {
             (Op::Mul | Op::Div, Some(0.0), _) | (Op::Mul, _, Some(0.0)) => return self.constant(0.0),
             (Op::Pow, _, Some(0.0)) => return self.constant(1.0),
             (Op::Pow, _, Some(0.5)) => return self.unary(Op::Sqrt, a),
-            (Op::Pow, _, Some(n)) if n.fract() == 0.0 && n.abs() <= 64.0 => return self.integer_power(a, n as i32),
+            (Op::Pow, _, Some(n)) if n.fract() == 0.0 && n.abs() <= 64.0 => {
+                return self.integer_power(a, n as i32);
+            }
             _ => {}
         }
         if a == b {

@@ -1,5 +1,6 @@
 //! Intervals with outward rounding: whatever a point of the operands evaluates to, in exact arithmetic or in
-//! this crate's `f64` evaluators, lies inside the result.
+//! this crate's `f64` evaluators, lies inside the result. Points where an operation is undefined (the root or the
+//! logarithm of a negative number, …) do not count: an interval says nothing of what follows from their NaN.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -34,14 +35,29 @@ fn up(v: f64) -> f64 {
     v + step(v)
 }
 
-/// Moves an end by `ulps` units in the last place; used where a function is not correctly rounded.
+/// The range of a monotone function, given its computed values at the ends and a bound on their error (the
+/// `*_ULPS` of [`math`]). The slack is twice that: the value computed at a point inside may be wrong the other way.
+#[inline(always)]
 fn widen(lo: f64, hi: f64, ulps: f64) -> Interval {
-    let slack = ulps * f64::EPSILON;
-    Interval::checked(down(lo - lo.abs() * slack), up(hi + hi.abs() * slack))
+    let slack = |v: f64| 2.0 * ulps * (v.abs() * f64::EPSILON + f64::from_bits(1));
+    // An infinite value stands for a finite one that is too large.
+    let (lo, hi) = (finite_or(lo, f64::NEG_INFINITY), finite_or(hi, f64::INFINITY));
+    Interval::checked(down(lo - slack(lo)), up(hi + slack(hi)))
 }
 
-/// Units in the last place by which the elementary functions may be wrong, with a margin.
-const ULPS: f64 = 8.0;
+/// Beyond [`math::TRIG_ACCURATE`] sine and cosine are wrong by up to this times the argument: 2⁻⁵¹.
+const FAR: f64 = 2.0 * f64::EPSILON;
+
+/// How far a turning point of a trigonometric function may lie from where it is found, for arguments up to `size`.
+fn reduction_slack(size: f64) -> f64 {
+    1e-14 * (1.0 + size)
+}
+
+/// `v`, or the largest number of its sign if it is infinite, unless it is `allowed`.
+#[inline(always)]
+fn finite_or(v: f64, allowed: f64) -> f64 {
+    if v.is_infinite() && v != allowed { v.signum() * f64::MAX } else { v }
+}
 
 impl Interval {
     /// All numbers.
@@ -91,6 +107,26 @@ impl Interval {
 
     fn is_point(self) -> bool {
         self.lo == self.hi
+    }
+
+    /// Sine or cosine: `top` is where `f` is 1; half a turn on it is −1.
+    fn wave(self, f: fn(f64) -> f64, ulps: f64, top: f64) -> Self {
+        let size = self.magnitude();
+        // Written so that an infinite width fails too.
+        if !(size <= math::TRIG_RANGE && self.width() < TAU) {
+            return Self { lo: -1.0, hi: 1.0 };
+        }
+        let slack = reduction_slack(size);
+        let reaches = |phase: f64| {
+            ((self.lo - phase - slack) / TAU).floor() != ((self.hi - phase + slack) / TAU).floor()
+        };
+        let (a, b) = (f(self.lo), f(self.hi));
+        let r = widen(a.min(b), a.max(b), ulps);
+        let pad = if size > math::TRIG_ACCURATE { 2.0 * FAR * size } else { 0.0 };
+        Self {
+            lo: if reaches(top + PI) { -1.0 } else { (r.lo - pad).max(-1.0) },
+            hi: if reaches(top) { 1.0 } else { (r.hi + pad).min(1.0) },
+        }
     }
 
     fn around(values: [f64; 4], ulps: f64) -> Self {
@@ -196,7 +232,7 @@ impl Scalar for Interval {
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        let r = widen(math::exp(self.lo), math::exp(self.hi), ULPS);
+        let r = widen(math::exp(self.lo), math::exp(self.hi), math::EXP_ULPS);
         Self { lo: r.lo.max(0.0), hi: r.hi }
     }
     fn ln(self) -> Self {
@@ -204,7 +240,7 @@ impl Scalar for Interval {
             return Self::ENTIRE;
         }
         let lo = if self.lo > 0.0 { math::ln(self.lo) } else { f64::NEG_INFINITY };
-        widen(lo, math::ln(self.hi), ULPS)
+        widen(lo, math::ln(self.hi), math::LN_ULPS)
     }
     fn times_ln(self, a: Self) -> Self {
         if self == Self::ZERO {
@@ -216,46 +252,34 @@ impl Scalar for Interval {
         }
     }
     fn sin(self) -> Self {
-        (self - Self { lo: down(FRAC_PI_2), hi: up(FRAC_PI_2) }).cos()
+        self.wave(math::sin, math::SIN_ULPS, FRAC_PI_2)
     }
     fn cos(self) -> Self {
-        // Beyond this the reduction of the argument loses what matters here.
-        if self.magnitude() > 1e8 || !self.width().is_finite() || self.width() >= TAU {
-            return Self { lo: -1.0, hi: 1.0 };
-        }
-        let slack = 1e-14 * (1.0 + self.magnitude());
-        let reaches = |phase: f64| {
-            ((self.lo - phase - slack) / TAU).floor() != ((self.hi - phase + slack) / TAU).floor()
-        };
-        let (a, b) = (math::cos(self.lo), math::cos(self.hi));
-        let pad = 16.0 * f64::EPSILON;
-        Self {
-            lo: if reaches(PI) { -1.0 } else { (a.min(b) - pad).max(-1.0) },
-            hi: if reaches(0.0) { 1.0 } else { (a.max(b) + pad).min(1.0) },
-        }
+        self.wave(math::cos, math::COS_ULPS, 0.0)
     }
     fn tan(self) -> Self {
-        let slack = 1e-14 * (1.0 + self.magnitude());
+        let slack = reduction_slack(self.magnitude());
         let turn = |v: f64| ((v + FRAC_PI_2) / PI).floor();
-        if self.magnitude() > 1e8 || self.width() >= PI || turn(self.lo - slack) != turn(self.hi + slack) {
+        let far = self.magnitude() > math::TRIG_ACCURATE;
+        if far || self.width() >= PI || turn(self.lo - slack) != turn(self.hi + slack) {
             return Self::ENTIRE;
         }
-        widen(math::tan(self.lo), math::tan(self.hi), 64.0)
+        widen(math::tan(self.lo), math::tan(self.hi), math::TAN_ULPS)
     }
     fn asin(self) -> Self {
         if self.hi < -1.0 || self.lo > 1.0 {
             return Self::ENTIRE;
         }
-        widen(math::asin(self.lo.max(-1.0)), math::asin(self.hi.min(1.0)), ULPS)
+        widen(math::asin(self.lo.max(-1.0)), math::asin(self.hi.min(1.0)), math::ASIN_ULPS)
     }
     fn acos(self) -> Self {
         if self.hi < -1.0 || self.lo > 1.0 {
             return Self::ENTIRE;
         }
-        widen(math::acos(self.hi.min(1.0)), math::acos(self.lo.max(-1.0)), ULPS)
+        widen(math::acos(self.hi.min(1.0)), math::acos(self.lo.max(-1.0)), math::ACOS_ULPS)
     }
     fn atan(self) -> Self {
-        widen(math::atan(self.lo), math::atan(self.hi), ULPS)
+        widen(math::atan(self.lo), math::atan(self.hi), math::ATAN_ULPS)
     }
     fn floor(self) -> Self {
         Self { lo: self.lo.floor(), hi: self.hi.floor() }
@@ -275,15 +299,12 @@ impl Scalar for Interval {
         Self { lo: self.lo.max(b.lo), hi: self.hi.max(b.hi) }
     }
     fn pow(self, b: Self) -> Self {
-        let corner = math::pow;
+        let (corner, ulps) = (math::pow, math::POW_ULPS);
         if self.lo > 0.0 {
-            let p = [
-                corner(self.lo, b.lo),
-                corner(self.lo, b.hi),
-                corner(self.hi, b.lo),
-                corner(self.hi, b.hi),
-            ];
-            let r = Self::around(p, ULPS);
+            // aᵇ = exp(b ln a), and b ln a is extreme at the corners.
+            let low = [corner(self.lo, b.lo), corner(self.lo, b.hi)];
+            let high = [corner(self.hi, b.lo), corner(self.hi, b.hi)];
+            let r = Self::around([low[0], low[1], high[0], high[1]], ulps);
             return Self { lo: r.lo.max(0.0), hi: r.hi };
         }
         if b.is_point() && b.lo.fract() == 0.0 {
@@ -292,20 +313,30 @@ impl Scalar for Interval {
             }
             let even = b.lo % 2.0 == 0.0;
             let base = if even { self.abs() } else { self };
-            return Self::around([corner(base.lo, b.lo), corner(base.hi, b.lo), corner(base.lo, b.lo), corner(base.hi, b.lo)], ULPS);
+            let (p, q) = (corner(base.lo, b.lo), corner(base.hi, b.lo));
+            return Self::around([p, q, p, q], ulps);
         }
-        if self.hi >= 0.0 && b.lo > 0.0 && b.is_point() {
-            // A power that is not an integer: undefined for negative bases.
-            return Self { lo: 0.0, hi: widen(0.0, corner(self.hi, b.lo), ULPS).hi };
+        if !(b.lo > 0.0) {
+            return Self::ENTIRE;
         }
-        Self::ENTIRE
+        // Negative bases have powers for the whole exponents only, if there are any.
+        let negative = self.lo < 0.0 && b.lo.ceil() <= b.hi;
+        if !negative && self.hi < 0.0 {
+            return Self::ENTIRE;
+        }
+        let size = if negative { self.magnitude() } else { self.hi };
+        let top = widen(0.0, corner(size, b.lo).max(corner(size, b.hi)), ulps).hi;
+        Self { lo: if negative { -top } else { 0.0 }, hi: top }
     }
     fn atan2(self, x: Self) -> Self {
         if x.lo <= 0.0 && self.has_zero() {
             return Self { lo: down(-PI), hi: up(PI) };
         }
         let f = math::atan2;
-        Self::around([f(self.lo, x.lo), f(self.lo, x.hi), f(self.hi, x.lo), f(self.hi, x.hi)], ULPS)
+        Self::around(
+            [f(self.lo, x.lo), f(self.lo, x.hi), f(self.hi, x.lo), f(self.hi, x.hi)],
+            math::ATAN2_ULPS,
+        )
     }
     fn modulo(self, b: Self) -> Self {
         if b.has_zero() {

@@ -81,10 +81,9 @@ fn with_scratch<R>(n: usize, f: impl FnOnce(&mut [f64]) -> R) -> R {
     })
 }
 
-/// Points of a block, and the bytes that a block's registers should fit: long tapes run in short blocks.
+/// Points of a block. One length for each kind of derivative: every further one costs a copy of all loops.
 const LONG: usize = 64;
-const SHORT: usize = 16;
-const CACHE: usize = 512 * 1024;
+const WITH_PARAMETERS: usize = 16;
 
 /// What a run computes besides F.
 pub(crate) enum Want<'a, 'b> {
@@ -118,7 +117,9 @@ impl<'a> Rows<'a> {
             let active = match *u {
                 Uniform::Const(_) => false,
                 Uniform::Param(p) => column_of[p as usize].is_some(),
-                Uniform::Op(op, args) => args[..op.arity()].iter().any(|&a| rows.row_of[a as usize] != NO_ROW),
+                Uniform::Op(op, args) => {
+                    args[..op.arity()].iter().any(|&a| rows.row_of[a as usize] != NO_ROW)
+                }
             };
             if let (true, Uniform::Param(p)) = (active, *u) {
                 rows.columns.push((column_of[p as usize].unwrap_or(0), rows.count));
@@ -139,22 +140,16 @@ pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut
     }
     let rows = if let Want::Parameters { rows, .. } = &want { rows.count } else { 0 };
     let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
-    let size = |b: usize| lines * b;
-    let fits = n > SHORT && size(LONG) * size_of::<f64>() <= CACHE;
-    let length = if fits { LONG } else { SHORT };
-    with_scratch(size(length), |scratch| {
-        let arch = Arch::new();
-        // Parameters make long tapes: their derivatives need one length of block only.
-        match want {
-            Want::Value | Want::Gradient { .. } if fits => {
-                arch.dispatch(Run::<LONG, false> { program, uniforms, batch, value, want, scratch });
-            }
-            Want::Value | Want::Gradient { .. } => {
-                arch.dispatch(Run::<SHORT, false> { program, uniforms, batch, value, want, scratch });
-            }
-            _ => arch.dispatch(Run::<SHORT, true> { program, uniforms, batch, value, want, scratch }),
-        }
-    });
+    let arch = Arch::new();
+    match want {
+        Want::Value | Want::Gradient { .. } => with_scratch(lines * LONG, |scratch| {
+            arch.dispatch(Run::<LONG, false> { program, uniforms, batch, value, want, scratch });
+        }),
+        // Parameters make long tapes: shorter blocks stay in the cache.
+        _ => with_scratch(lines * WITH_PARAMETERS, |scratch| {
+            arch.dispatch(Run::<WITH_PARAMETERS, true> { program, uniforms, batch, value, want, scratch });
+        }),
+    }
 }
 
 /// The loop over blocks; `Q`: with derivatives with respect to parameters.
@@ -201,12 +196,14 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
                     reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut sink);
                     scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                     reverse_uniforms::<f64, B>(rows.program, uniforms, &rows.row_of, table);
-                    // A point's row is written from end to end, so that each cache line is touched once.
-                    for j in 0..n {
-                        let at = (start + j) * q.stride;
-                        let line = &mut q.data[at..at + q.stride];
-                        for &(column, row) in &rows.columns {
-                            line[column] = table[row][j];
+                    // In tiles, so that each cache line is written whole.
+                    for tile in rows.columns.chunks(8) {
+                        for j in 0..n {
+                            let at = (start + j) * q.stride;
+                            let line = &mut q.data[at..at + q.stride];
+                            for &(column, row) in tile {
+                                line[column] = table[row][j];
+                            }
                         }
                     }
                 }

@@ -5,18 +5,24 @@ use crate::op::{apply, is_flat, pull};
 use crate::scalar::Scalar;
 use crate::tape::{Code, Mode, Tape};
 
-/// The value of uniform `u`, given those that the tapes share.
+/// The value of uniform `u`, given those that the tapes share, which may be of a simpler type.
 #[inline(always)]
-pub(crate) fn uniform<V: Scalar>(tape: &Tape, shared: &[V], u: u32) -> V {
+fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u: u32) -> V {
     match shared.get(u as usize) {
-        Some(v) => *v,
+        Some(v) => V::from(*v),
         None => V::from_f64(tape.own[u as usize - shared.len()]),
     }
 }
 
 /// The first two operands' values.
 #[inline(always)]
-fn operands<V: Scalar>(tape: &Tape, shared: &[V], values: &[V], mode: Mode, args: [u32; 3]) -> (V, V) {
+fn operands<U: Copy, V: Scalar + From<U>>(
+    tape: &Tape,
+    shared: &[U],
+    values: &[V],
+    mode: Mode,
+    args: [u32; 3],
+) -> (V, V) {
     let slot = |k: usize| values[args[k] as usize];
     match mode {
         Mode::Slots => (slot(0), slot(1)),
@@ -26,7 +32,13 @@ fn operands<V: Scalar>(tape: &Tape, shared: &[V], values: &[V], mode: Mode, args
 }
 
 /// The value of every instruction.
-pub(crate) fn forward<V: Scalar>(tape: &Tape, shared: &[V], inputs: &[V], values: &mut Vec<V>) {
+#[inline(always)]
+pub(crate) fn forward<U: Copy, V: Scalar + From<U>>(
+    tape: &Tape,
+    shared: &[U],
+    inputs: &[V],
+    values: &mut Vec<V>,
+) {
     values.clear();
     for instr in &tape.instrs {
         let v = match instr.code {
@@ -43,7 +55,13 @@ pub(crate) fn forward<V: Scalar>(tape: &Tape, shared: &[V], inputs: &[V], values
 }
 
 /// The adjoint of every instruction, after [`forward`].
-pub(crate) fn reverse<V: Scalar>(tape: &Tape, shared: &[V], values: &[V], adjoints: &mut Vec<V>) {
+#[inline(always)]
+pub(crate) fn reverse<U: Copy, V: Scalar + From<U>>(
+    tape: &Tape,
+    shared: &[U],
+    values: &[V],
+    adjoints: &mut Vec<V>,
+) {
     adjoints.clear();
     adjoints.resize(tape.instrs.len(), V::from_f64(0.0));
     if let Some(root) = adjoints.last_mut() {

@@ -41,7 +41,7 @@ pub(crate) struct Back {
 }
 
 /// A tape with registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Program {
     pub forward: Vec<Step>,
     pub backward: Vec<Back>,
@@ -82,7 +82,9 @@ impl Pool {
 fn reads(op: Op, mode: Mode, purpose: Purpose) -> (bool, bool, bool) {
     let uniform_too = purpose == Purpose::Everything;
     match (op, mode) {
-        (Op::Abs | Op::Square | Op::Ln | Op::Sin | Op::Cos | Op::Asin | Op::Acos | Op::Atan, _) => (true, false, false),
+        (Op::Abs | Op::Square | Op::Ln | Op::Sin | Op::Cos | Op::Asin | Op::Acos | Op::Atan, _) => {
+            (true, false, false)
+        }
         (Op::Sqrt | Op::Exp | Op::Tan, _) => (false, false, true),
         (Op::Mul, Mode::Slots) => (true, true, false),
         (Op::Mul, _) => (uniform_too, uniform_too, false),
@@ -229,7 +231,8 @@ impl Program {
                 Some(k) => register[instr.args[k] as usize] = own,
                 None => pool.free.push(own),
             }
-            let uniform = matches!(instr.code, Code::Uniform | Code::Op(_, Mode::SlotUniform | Mode::UniformSlot));
+            let uniform =
+                matches!(instr.code, Code::Uniform | Code::Op(_, Mode::SlotUniform | Mode::UniformSlot));
             if back.skip != 7 || (uniform && purpose == Purpose::Everything) {
                 self.backward.push(back);
             }

@@ -3,15 +3,16 @@
 //! operations of a large model matter (the sparsity that WH94's conclusion asks for).
 
 use crate::interval::Interval;
-use crate::op::{Op, apply};
+use crate::lanes::Pass;
+use crate::op::{Op, apply, is_flat};
 use crate::plain::{forward, reverse};
 use crate::tape::{Code, Instr, Mode, Tape, Uniform};
 
-/// Working memory of interval passes and pruning, kept between calls.
+/// Working memory of pruning, kept between calls.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    values: Vec<Interval>,
-    adjoints: Vec<Interval>,
+    /// The intervals of the boxes that are looked at.
+    pub pass: Pass,
     /// What each instruction of the old tape became; meaningless for those that were not reached.
     became: Vec<Operand>,
     reached: Vec<bool>,
@@ -28,32 +29,50 @@ enum Operand {
 
 impl Tape {
     /// The interval of the function over a box, given the uniforms' intervals.
-    pub(crate) fn interval(&self, uniforms: &[Interval], inputs: &[Interval], scratch: &mut Scratch) -> Interval {
-        forward(self, uniforms, inputs, &mut scratch.values);
-        scratch.values[self.instrs.len() - 1]
+    pub(crate) fn interval(&self, uniforms: &[Interval], inputs: &[Interval]) -> Interval {
+        let mut values = Vec::with_capacity(self.instrs.len());
+        forward(self, uniforms, inputs, &mut values);
+        values[self.instrs.len() - 1]
     }
 
-    /// The intervals of the derivatives with respect to the inputs, after [`Tape::interval`].
-    pub(crate) fn interval_gradient(&self, uniforms: &[Interval], scratch: &mut Scratch, gradient: &mut [Interval]) {
-        reverse(self, uniforms, &scratch.values, &mut scratch.adjoints);
+    /// The intervals of the derivatives with respect to the inputs.
+    pub(crate) fn interval_gradient(
+        &self,
+        uniforms: &[Interval],
+        inputs: &[Interval],
+        gradient: &mut [Interval],
+    ) {
+        let (mut values, mut adjoints) = (Vec::new(), Vec::new());
+        forward(self, uniforms, inputs, &mut values);
+        reverse(self, uniforms, &values, &mut adjoints);
         for (number, g) in gradient.iter_mut().enumerate() {
-            *g = self.input(number).map_or(Interval::ZERO, |at| scratch.adjoints[at]);
+            *g = self.input(number).map_or(Interval::ZERO, |at| adjoints[at]);
         }
     }
 
-    /// The tape for the box of the last [`Tape::interval`] call with the same `uniforms` and `scratch`.
+    /// Whether pruning with this `tail` needs the adjoints of the pass.
+    pub(crate) fn drops_tails(&self, tail: f64) -> bool {
+        tail > 0.0 && self.exps > 0
+    }
+
+    /// The tape for box `lane` of the pass in `scratch`, which ran over this tape with the same `uniforms`.
     ///
     /// Values and derivatives in the box are the same to the last bit, except that exponentials which together
     /// change F by no more than `exps * tail` are dropped (`tail` = 0: none are; `exps` is their number in the
     /// tape that was compiled, so that pruning again and again stays within the bound).
-    pub(crate) fn pruned(&self, uniforms: &[Interval], tail: f64, scratch: &mut Scratch) -> Tape {
-        let drop_tails = tail > 0.0 && self.exps > 0;
-        if drop_tails {
-            reverse(self, uniforms, &scratch.values, &mut scratch.adjoints);
-        }
-        let Scratch { values, adjoints, became, reached, kept } = scratch;
-        let mut p = Pruner { tape: self, shared: uniforms, values, own: self.own.clone(), instrs: Vec::new() };
-        p.find(became, reached, kept, |i| drop_tails && adjoints[i].magnitude() * values[i].hi <= tail);
+    pub(crate) fn pruned(
+        &self,
+        uniforms: &[Interval],
+        tail: f64,
+        lane: usize,
+        scratch: &mut Scratch,
+    ) -> Tape {
+        let drop_tails = self.drops_tails(tail);
+        let Scratch { pass, became, reached, kept } = scratch;
+        let mut p =
+            Pruner { tape: self, shared: uniforms, pass, lane, own: self.own.clone(), instrs: Vec::new() };
+        let is_tail = |i| drop_tails && pass.adjoint(i, lane).magnitude() * pass.value(i, lane).hi <= tail;
+        p.find(became, reached, kept, is_tail);
         p.rewrite(became, kept)
     }
 }
@@ -61,12 +80,19 @@ impl Tape {
 struct Pruner<'a> {
     tape: &'a Tape,
     shared: &'a [Interval],
-    values: &'a [Interval],
+    pass: &'a Pass,
+    lane: usize,
     own: Vec<f64>,
     instrs: Vec<Instr>,
 }
 
 impl Pruner<'_> {
+    /// The interval of an instruction of the old tape.
+    #[inline(always)]
+    fn value(&self, i: u32) -> Interval {
+        self.pass.value(i as usize, self.lane)
+    }
+
     /// The number of a constant.
     fn constant(&mut self, v: f64) -> u32 {
         let known = self.own.iter().position(|c| c.to_bits() == v.to_bits());
@@ -119,17 +145,20 @@ impl Pruner<'_> {
                 }
                 Code::Op(op, mode) => (op, mode),
             };
-            let here = self.values[i];
+            let here = self.value(i as u32);
             if op == Op::Exp && is_tail(i) {
                 became[i] = Operand::Uniform(self.constant(0.0));
                 continue;
             }
-            if here.lo == here.hi && here.lo.is_finite() {
+            // In a box without extent −x and |x| are single numbers too, but ones that change with x.
+            let flat = instr.slots().all(|k| is_flat(op, k));
+            if flat && here.lo == here.hi && here.lo.is_finite() {
                 became[i] = Operand::Uniform(self.constant(here.lo));
                 continue;
             }
             let slots = instr.slots();
-            let choice = matches!(op, Op::Min | Op::Max | Op::Abs | Op::Choose).then(|| self.winner(op, mode, instr.args));
+            let choice = matches!(op, Op::Min | Op::Max | Op::Abs | Op::Choose)
+                .then(|| self.winner(op, mode, instr.args));
             match choice.flatten() {
                 Some(k) if slots.contains(&k) => {
                     became[i] = Operand::Slot(instr.args[k]);
@@ -150,7 +179,7 @@ impl Pruner<'_> {
     fn winner(&self, op: Op, mode: Mode, args: [u32; 3]) -> Option<usize> {
         let interval = |k: usize| match (mode, k) {
             (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0) => self.uniform_interval(args[k]),
-            _ => self.values[args[k] as usize],
+            _ => self.value(args[k]),
         };
         let (a, b) = (interval(0), interval(1));
         match op {
@@ -225,7 +254,7 @@ impl Pruner<'_> {
         let a = operand(0);
         let b = if n > 1 { operand(1) } else { a };
         let c = if n > 2 { operand(2) } else { a };
-        if op == Op::Abs && self.values[i].lo > 0.0 && self.values[instr.args[0] as usize].hi < 0.0 {
+        if op == Op::Abs && self.value(i as u32).lo > 0.0 && self.value(instr.args[0]).hi < 0.0 {
             let s = self.slot(a);
             return self.push(Code::Op(Op::Neg, Mode::Slots), [s; 3]);
         }
@@ -249,7 +278,9 @@ impl Pruner<'_> {
             (2, Operand::Uniform(u), Operand::Slot(s)) if !op.commutes() => {
                 self.push(Code::Op(op, Mode::UniformSlot), [u, s, s])
             }
-            (2, Operand::Uniform(u), Operand::Slot(s)) => self.push(Code::Op(op, Mode::SlotUniform), [s, u, s]),
+            (2, Operand::Uniform(u), Operand::Slot(s)) => {
+                self.push(Code::Op(op, Mode::SlotUniform), [s, u, s])
+            }
             (2, _, Operand::Uniform(u)) => {
                 let s = self.slot(a);
                 self.push(Code::Op(op, Mode::SlotUniform), [s, u, s])

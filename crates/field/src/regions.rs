@@ -1,11 +1,14 @@
 //! Pruned tapes by region, shared by the points in it: a tree of boxes around runs of points, each with the
 //! tape that is left of its parent's there.
 
+use std::cell::RefCell;
+
 use rayon::prelude::*;
 
 use crate::FieldError;
 use crate::interval::Interval;
 use crate::kernel::{Batch, Columns, Want, hessian, run};
+use crate::lanes::LANES;
 use crate::program::{Program, Purpose};
 use crate::prune::Scratch;
 use crate::surface::{Aabb, Surface};
@@ -59,47 +62,24 @@ impl Whole<'_> {
 
     /// Cuts the points, which should be in a spatially coherent order, into leaves.
     pub(crate) fn leaves(&self, points: &[[f64; 3]], margin: f64, options: RegionOptions) -> Vec<Leaf> {
-        // Interval passes over the largest boxes prune nothing; a model that is short has little to gain.
-        let mut leaves = Vec::new();
-        self.cut(self.tape, points, 0, margin, &options, &mut leaves);
-        leaves
-    }
-
-    fn cut(
-        &self,
-        parent: &Tape,
-        points: &[[f64; 3]],
-        start: usize,
-        margin: f64,
-        options: &RegionOptions,
-        out: &mut Vec<Leaf>,
-    ) {
-        let Some(bounds) = Aabb::around(points) else { return };
-        let bounds = bounds.grown(margin);
-        let mut scratch = Scratch::default();
-        parent.interval(&self.spans, &self.inputs(&bounds), &mut scratch);
-        let tape = parent.pruned(&self.spans, options.tail, &mut scratch);
-        drop(scratch);
+        let Some(bounds) = Aabb::around(points) else { return Vec::new() };
+        let boxes: Vec<Aabb> = points.par_chunks(GRAIN).filter_map(Aabb::around).collect();
+        let whole = Node { tape: self.tape, start: 0, end: boxes.len() };
+        let cut = Cut { whole: self, boxes: &boxes, points: points.len(), margin, options };
         if points.len() <= options.leaf {
-            let program = Program::new(&tape, Purpose::Inputs);
-            out.push(Leaf { start, end: start + points.len(), bounds, program, operations: tape.len() });
-            return;
+            return cut.prune(&whole, &[(0, boxes.len(), bounds)]).into_iter().map(|(l, _)| l).collect();
         }
-        // Runs along a space-filling curve are compact when they are cut in equal parts, four at a time: fewer
-        // levels cost fewer passes over long tapes.
-        let parts = points.len().div_ceil(options.leaf).min(4);
-        let size = points.len().div_ceil(parts);
-        let cut = |(k, run): (usize, &[[f64; 3]])| {
-            let mut leaves = Vec::new();
-            self.cut(&tape, run, start + k * size, margin, options, &mut leaves);
-            leaves
-        };
-        let lists: Vec<Vec<Leaf>> = points.par_chunks(size).enumerate().map(cut).collect();
-        out.extend(lists.into_iter().flatten());
+        cut.descend(&whole)
     }
 
     /// F and ∂F/∂x with one program, on this thread.
-    pub(crate) fn one(&self, program: &Program, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) {
+    pub(crate) fn one(
+        &self,
+        program: &Program,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) {
         if self.axes < 3 {
             gradient.fill([0.0; 3]);
         }
@@ -115,6 +95,124 @@ impl Whole<'_> {
         hessian(program, self.uniforms, Batch::of_points(points, d), &mut full);
         upper(&full, d, out);
     }
+}
+
+/// Points of the smallest run that is kept together.
+const GRAIN: usize = 16;
+
+/// A run of grains and the tape that is left around it.
+struct Node<'a> {
+    tape: &'a Tape,
+    start: usize,
+    end: usize,
+}
+
+/// The recursion from all points to leaves.
+struct Cut<'a> {
+    whole: &'a Whole<'a>,
+    /// The box of each grain.
+    boxes: &'a [Aabb],
+    points: usize,
+    margin: f64,
+    options: RegionOptions,
+}
+
+impl Cut<'_> {
+    fn descend(&self, node: &Node) -> Vec<Leaf> {
+        let parts = self.parts(node);
+        let children = self.prune(node, &parts);
+        let below = |(leaf, tape): (Leaf, Tape)| {
+            if leaf.end - leaf.start <= self.options.leaf || leaf.end - leaf.start <= GRAIN {
+                return vec![leaf];
+            }
+            let (start, end) = (leaf.start / GRAIN, leaf.end.div_ceil(GRAIN));
+            self.descend(&Node { tape: &tape, start, end })
+        };
+        if node.end - node.start > 64 {
+            children.into_par_iter().flat_map_iter(below).collect()
+        } else {
+            children.into_iter().flat_map(below).collect()
+        }
+    }
+
+    /// Cuts a run in up to [`LANES`] parts, in three rounds of two.
+    fn parts(&self, node: &Node) -> Vec<(usize, usize, Aabb)> {
+        let mut parts = vec![(node.start, node.end)];
+        for _ in 0..LANES.ilog2() {
+            parts = parts
+                .into_iter()
+                .flat_map(|(start, end)| {
+                    if (end - start) * GRAIN <= self.options.leaf.max(GRAIN) {
+                        return vec![(start, end)];
+                    }
+                    let middle = self.best_cut(start, end);
+                    vec![(start, middle), (middle, end)]
+                })
+                .collect();
+        }
+        parts.into_iter().map(|(start, end)| (start, end, self.hull(start, end))).collect()
+    }
+
+    fn hull(&self, start: usize, end: usize) -> Aabb {
+        self.boxes[start + 1..end].iter().fold(self.boxes[start], |a, b| join(&a, b))
+    }
+
+    /// The cut in the middle half of a run that makes the two boxes smallest, each weighed by its points: a
+    /// space-filling curve jumps, and it should be cut where it does.
+    fn best_cut(&self, start: usize, end: usize) -> usize {
+        let n = end - start;
+        let (first, last) = (start + n.div_ceil(4), (start + n - n / 4).min(end - 1).max(start + 1));
+        if first >= last {
+            return start + n / 2;
+        }
+        let mut after = vec![0.0; last - first + 1];
+        let mut hull = self.hull(last, end);
+        for k in (first..=last).rev() {
+            hull = join(&hull, &self.boxes[k]);
+            after[k - first] = hull.diagonal() * (end - k) as f64;
+        }
+        let mut hull = self.hull(start, first);
+        let mut best = (f64::INFINITY, start + n / 2);
+        for k in first..=last {
+            let cost = hull.diagonal() * (k - start) as f64 + after[k - first];
+            if cost < best.0 {
+                best = (cost, k);
+            }
+            hull = join(&hull, &self.boxes[k]);
+        }
+        best.1
+    }
+
+    /// The tape that is left of a node's in each part.
+    fn prune(&self, node: &Node, parts: &[(usize, usize, Aabb)]) -> Vec<(Leaf, Tape)> {
+        thread_local! {
+            static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::default());
+        }
+        let Whole { spans, axes, .. } = self.whole;
+        let tail = self.options.tail;
+        SCRATCH.with_borrow_mut(|scratch| {
+            let boxes: Vec<Aabb> = parts.iter().map(|p| p.2.grown(self.margin)).collect();
+            scratch.pass.run(node.tape, spans, &boxes, *axes, node.tape.drops_tails(tail));
+            let one = |(lane, &(start, end, _)): (usize, &(usize, usize, Aabb))| {
+                let tape = node.tape.pruned(spans, tail, lane, scratch);
+                let (start, end) = (start * GRAIN, (end * GRAIN).min(self.points));
+                let last = end - start <= self.options.leaf || end - start <= GRAIN;
+                // Only leaves are evaluated.
+                let program = last.then(|| Program::new(&tape, Purpose::Inputs)).unwrap_or_default();
+                (Leaf { start, end, bounds: boxes[lane], program, operations: tape.len() }, tape)
+            };
+            parts.iter().enumerate().map(one).collect()
+        })
+    }
+}
+
+fn join(a: &Aabb, b: &Aabb) -> Aabb {
+    let mut r = *a;
+    for k in 0..3 {
+        r.lo[k] = r.lo[k].min(b.lo[k]);
+        r.hi[k] = r.hi[k].max(b.hi[k]);
+    }
+    r
 }
 
 /// From (n, d, d) to xx, xy, xz, yy, yz, zz.
@@ -172,7 +270,8 @@ fn runs<'s, 'p>(
     std::iter::from_fn(move || {
         let first = points.get(start)?;
         let program = n.program_at(leaf, *first);
-        let more = points[start..].iter().take_while(|p| std::ptr::eq(n.program_at(leaf, **p), program)).count();
+        let more =
+            points[start..].iter().take_while(|p| std::ptr::eq(n.program_at(leaf, **p), program)).count();
         let run = (start, start + more, program);
         start += more;
         Some(run)

@@ -2,7 +2,6 @@
 
 use super::Field;
 use super::cells::excludes;
-use crate::prune::Scratch;
 use crate::regions::Whole;
 use crate::surface::{Aabb, Surface};
 
@@ -33,13 +32,12 @@ fn cube(whole: &Whole, half: f64) -> Aabb {
 
 /// The smallest cube outside which intervals with infinite ends exclude zeros: a proof.
 fn by_half_spaces(whole: &Whole) -> Option<f64> {
-    let mut scratch = Scratch::default();
-    let mut outside_is_free = |half: f64| {
+    let outside_is_free = |half: f64| {
         (0..whole.axes).all(|axis| {
             [(half, f64::INFINITY), (f64::NEG_INFINITY, -half)].into_iter().all(|(lo, hi)| {
                 let Aabb { lo: mut from, hi: mut to } = cube(whole, f64::INFINITY);
                 (from[axis], to[axis]) = (lo, hi);
-                excludes(whole, from, to, &mut scratch)
+                excludes(whole, &Aabb::new(from, to))
             })
         })
     };
@@ -57,14 +55,13 @@ fn by_half_spaces(whole: &Whole) -> Option<f64> {
 
 /// The cube before a run of shells in which finite boxes exclude zeros: evidence, not a proof.
 fn by_shells(whole: &Whole) -> Option<f64> {
-    let mut scratch = Scratch::default();
     // Long tapes get fewer boxes, so that the search stays within a fraction of a second.
     let mut budget = (100_000_000 / whole.tape.len().max(1)).clamp(2_000, 200_000);
     let mut empty = 0;
     let mut inner_has_any = false;
     for k in FIRST / 2..=LAST / 2 {
         let half = 2f64.powi(k);
-        match shell_is_free(whole, half, &mut budget, &mut scratch) {
+        match shell_is_free(whole, half, &mut budget) {
             true => empty += 1,
             false => {
                 empty = 0;
@@ -82,7 +79,7 @@ fn by_shells(whole: &Whole) -> Option<f64> {
 }
 
 /// Whether F has no zero between the cubes of half-side `half` and `2 half`.
-fn shell_is_free(whole: &Whole, half: f64, budget: &mut usize, scratch: &mut Scratch) -> bool {
+fn shell_is_free(whole: &Whole, half: f64, budget: &mut usize) -> bool {
     let mut open = Vec::new();
     let parts = 4usize.pow(whole.axes as u32);
     for i in 0..parts {
@@ -100,7 +97,7 @@ fn shell_is_free(whole: &Whole, half: f64, budget: &mut usize, scratch: &mut Scr
             return false;
         }
         *budget -= 1;
-        if excludes(whole, b.lo, b.hi, scratch) {
+        if excludes(whole, &b) {
             continue;
         }
         if depth == 4 {

@@ -4,16 +4,18 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::interval::Interval;
+use crate::FieldError;
 use crate::program::{Program, Purpose};
 use crate::prune::Scratch;
 use crate::regions::Whole;
 use crate::surface::{Aabb, Cells, Surface};
 use crate::tape::Tape;
-use crate::FieldError;
 
 /// Pruned tapes are made while a level has at most this many boxes; below, children share their ancestor's.
 const MOST_TAPES: usize = 4096;
+
+/// Tapes up to this length are not worth pruning further.
+const SHORT: usize = 16;
 
 /// A tape and the box it is good for.
 #[derive(Clone)]
@@ -29,22 +31,18 @@ struct Open {
 
 /// The boxes of side at most `side` (larger if they would be more than `most`) that may contain zeros.
 pub(super) fn search<'a>(whole: Whole<'a>, bounds: &Aabb, side: f64, most: usize, tail: f64) -> Cells<'a> {
-    let root = Region { bounds: bounds.grown(0.25 * longest(bounds)), tape: Arc::new(whole.tape.clone()) };
-    let mut level = vec![Open { bounds: *bounds, region: root }];
-    let axes = whole.axes;
+    let everywhere = bounds.grown(0.25 * longest(bounds));
+    let region = Region { bounds: everywhere, tape: Arc::new(whole.tape.clone()) };
+    let mut level = vec![Open { bounds: *bounds, region }];
     let mut present = longest(bounds);
-    loop {
+    while present > side && level.len() * 4 <= most && !level.is_empty() {
         let prune = level.len() <= MOST_TAPES;
-        let finest = present <= side || level.len() * 4 > most;
         let next: Vec<Vec<Open>> = level
             .par_iter()
-            .with_min_len(16)
-            .map_init(Scratch::default, |scratch, open| visit(&whole, open, prune, finest, tail, axes, scratch))
+            .with_min_len(8)
+            .map_init(Scratch::default, |scratch, open| divide(&whole, open, prune, tail, scratch))
             .collect();
         level = next.into_iter().flatten().collect();
-        if finest || level.is_empty() {
-            break;
-        }
         present *= 0.5;
     }
     let boxes = level.iter().map(|o| o.bounds).collect();
@@ -63,50 +61,52 @@ fn longest(b: &Aabb) -> f64 {
     (0..3).map(|a| b.hi[a] - b.lo[a]).fold(0.0, f64::max)
 }
 
-/// Nothing if F has no zero in the box; else its parts, or itself on the finest level.
-fn visit(
-    whole: &Whole,
-    open: &Open,
-    prune: bool,
-    finest: bool,
-    tail: f64,
-    axes: usize,
-    scratch: &mut Scratch,
-) -> Vec<Open> {
-    let Open { bounds, region } = open;
-    if !region.tape.interval(&whole.spans, &whole.inputs(bounds), scratch).has_zero() {
-        return Vec::new();
-    }
-    let mut region = region.clone();
-    if prune && region.tape.len() > 16 {
-        let grown = bounds.grown(0.25 * longest(bounds));
-        region.tape.interval(&whole.spans, &whole.inputs(&grown), scratch);
-        let tape = region.tape.pruned(&whole.spans, tail, scratch);
-        if tape.len() * 10 < region.tape.len() * 9 || region.tape.len() < 64 {
-            region = Region { bounds: grown, tape: Arc::new(tape) };
-        }
-    }
-    if finest {
-        return vec![Open { bounds: *bounds, region }];
-    }
-    // Halve every axis that is not much shorter than the longest.
+/// The halves of a box along every axis that is not much shorter than the longest.
+fn halves(bounds: &Aabb, axes: usize) -> Vec<Aabb> {
     let long = longest(bounds);
     let mut parts = vec![*bounds];
-    for a in 0..axes {
+    for a in (0..axes).rev() {
         if bounds.hi[a] - bounds.lo[a] > 0.6 * long {
             let middle = 0.5 * (bounds.lo[a] + bounds.hi[a]);
-            parts = parts
-                .into_iter()
-                .flat_map(|b| {
-                    let (mut low, mut high) = (b, b);
-                    low.hi[a] = middle;
-                    high.lo[a] = middle;
-                    [low, high]
-                })
-                .collect();
+            let cut = |b: Aabb| {
+                let (mut low, mut high) = (b, b);
+                low.hi[a] = middle;
+                high.lo[a] = middle;
+                [low, high]
+            };
+            parts = parts.into_iter().flat_map(cut).collect();
         }
     }
-    parts.into_iter().map(|bounds| Open { bounds, region: region.clone() }).collect()
+    parts
+}
+
+/// The parts of a box where F may have a zero, each with the tape that is left there.
+fn divide(whole: &Whole, open: &Open, prune: bool, tail: f64, scratch: &mut Scratch) -> Vec<Open> {
+    let tape = &open.region.tape;
+    let mut parts = halves(&open.bounds, whole.axes);
+    scratch.pass.run(tape, &whole.spans, &parts, whole.axes, false);
+    let mut lane = 0;
+    parts.retain(|_| {
+        lane += 1;
+        scratch.pass.result(lane - 1).has_zero()
+    });
+    if parts.is_empty() || !prune || tape.len() <= SHORT {
+        return parts.into_iter().map(|bounds| Open { bounds, region: open.region.clone() }).collect();
+    }
+    // Points are projected out of their boxes: the tapes are good for a margin around them.
+    let grown: Vec<Aabb> = parts.iter().map(|b| b.grown(0.25 * longest(b))).collect();
+    scratch.pass.run(tape, &whole.spans, &grown, whole.axes, tape.drops_tails(tail));
+    let one = |(lane, bounds): (usize, Aabb)| {
+        let less = tape.pruned(&whole.spans, tail, lane, scratch);
+        // A tape that is hardly shorter is not worth its memory.
+        let region = if less.len() * 10 < tape.len() * 9 {
+            Region { bounds: grown[lane], tape: Arc::new(less) }
+        } else {
+            open.region.clone()
+        };
+        Open { bounds, region }
+    };
+    parts.into_iter().enumerate().map(one).collect()
 }
 
 /// Evaluates points by the region they lie in.
@@ -139,7 +139,12 @@ impl Surface for Located<'_> {
         self.whole.axes
     }
 
-    fn value_gradient(&self, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) -> Result<(), FieldError> {
+    fn value_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) -> Result<(), FieldError> {
         let mut tasks = Vec::new();
         let (mut values, mut gradients) = (value, gradient);
         for (start, end, region) in self.runs(points) {
@@ -165,12 +170,7 @@ impl Surface for Located<'_> {
     }
 }
 
-/// A zero-width interval test used by the search for bounds: whether F surely has no zero in the box.
-pub(super) fn excludes(whole: &Whole, lo: [f64; 3], hi: [f64; 3], scratch: &mut Scratch) -> bool {
-    let mut inputs = [Interval::ZERO; crate::MAX_AXES];
-    for a in 0..whole.axes {
-        inputs[a] = Interval::new(lo[a], hi[a]);
-    }
-    !whole.tape.interval(&whole.spans, &inputs, scratch).has_zero()
+/// Whether F surely has no zero in the box, which may be unbounded.
+pub(super) fn excludes(whole: &Whole, b: &Aabb) -> bool {
+    !whole.tape.interval(&whole.spans, &whole.inputs(b)).has_zero()
 }
-

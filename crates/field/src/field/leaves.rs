@@ -69,7 +69,12 @@ fn extent(points: &[[f64; 3]], bounds: Option<Aabb>) -> f64 {
 }
 
 /// F and its gradient by central differences, in one call of the function.
-fn differences(leaf: &LeafStage, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) -> Result<(), FieldError> {
+fn differences(
+    leaf: &LeafStage,
+    points: &[[f64; 3]],
+    value: &mut [f64],
+    gradient: &mut [[f64; 3]],
+) -> Result<(), FieldError> {
     let n = points.len();
     let h = STEP * extent(points, leaf.callback.bounds());
     let mut all = Vec::with_capacity(7 * n);
@@ -99,7 +104,12 @@ fn differences(leaf: &LeafStage, points: &[[f64; 3]], value: &mut [f64], gradien
 
 impl Field {
     /// Calls every leaf once for all points.
-    pub(super) fn leaf_outputs(&self, points: &[f64], stride: usize, slopes: bool) -> Result<LeafOutputs, FieldError> {
+    pub(super) fn leaf_outputs(
+        &self,
+        points: &[f64],
+        stride: usize,
+        slopes: bool,
+    ) -> Result<LeafOutputs, FieldError> {
         let (leaves, d) = (&self.compiled.leaves, self.axes());
         let n = points.len() / stride;
         let count = leaves.len();
@@ -114,19 +124,22 @@ impl Field {
             // ∂(coordinate i)/∂x, (n, d) for each i.
             let mut jacobian: Vec<Vec<f64>> = Vec::new();
             for (i, part) in leaf.inputs.iter().enumerate() {
-                let uniforms = part.tape.uniforms.evaluate(&self.params.iter().map(|p| p.value).collect::<Vec<_>>());
+                let uniforms =
+                    part.tape.uniforms.evaluate(&self.params.iter().map(|p| p.value).collect::<Vec<_>>());
                 let batch = Batch { points, stride, axes: d, outputs: &out.value, leaves: count };
                 let mut column = vec![0.0; n];
                 let mut slope = vec![0.0; if slopes { n * d } else { 0 }];
                 let mut adjoints = vec![0.0; if slopes { n * count } else { 0 }];
                 if slopes {
                     let parts = column.par_chunks_mut(CHUNK).zip(slope.par_chunks_mut(CHUNK * d));
-                    parts.zip(adjoints.par_chunks_mut(CHUNK * count)).enumerate().for_each(|(k, ((v, x), a))| {
-                        let x = Columns { data: x, stride: d };
-                        let leaves = Columns { data: a, stride: count };
-                        let points = batch.slice(k * CHUNK, v.len());
-                        run(&part.inputs, &uniforms, points, v, Want::Gradient { x, leaves });
-                    });
+                    parts.zip(adjoints.par_chunks_mut(CHUNK * count)).enumerate().for_each(
+                        |(k, ((v, x), a))| {
+                            let x = Columns { data: x, stride: d };
+                            let leaves = Columns { data: a, stride: count };
+                            let points = batch.slice(k * CHUNK, v.len());
+                            run(&part.inputs, &uniforms, points, v, Want::Gradient { x, leaves });
+                        },
+                    );
                     out.chain(&adjoints, &mut slope, (1, 0, d));
                     jacobian.push(slope);
                 } else {

@@ -13,7 +13,6 @@ use crate::interval::Interval;
 use crate::kernel::{Batch, Columns, Rows, Want, hessian, run};
 use crate::model::{Lowered, Model, ParamInfo};
 use crate::program::{Program, Purpose};
-use crate::prune::Scratch;
 use crate::scalar::Scalar;
 use crate::tape::Tape;
 use crate::{Aabb, Dual, FieldError, MAX_AXES};
@@ -204,7 +203,11 @@ impl Field {
         if slice.len() == expected {
             return Ok(());
         }
-        Err(FieldError::Shape { what, expected: format!("{expected} numbers"), given: slice.len().to_string() })
+        Err(FieldError::Shape {
+            what,
+            expected: format!("{expected} numbers"),
+            given: slice.len().to_string(),
+        })
     }
 
     fn batch<'a>(&self, points: &'a [f64], outputs: &'a LeafOutputs) -> Batch<'a> {
@@ -235,7 +238,12 @@ impl Field {
     }
 
     /// F (n, k) and ∂F/∂x (n, k, d).
-    pub fn gradient(&self, points: &[f64], value: &mut [f64], gradient: &mut [f64]) -> Result<(), FieldError> {
+    pub fn gradient(
+        &self,
+        points: &[f64],
+        value: &mut [f64],
+        gradient: &mut [f64],
+    ) -> Result<(), FieldError> {
         self.differentiate(points, value, gradient, None, None)
     }
 
@@ -297,8 +305,8 @@ impl Field {
             let (part, uniforms) = (&self.compiled.parts[c], &self.uniforms[c]);
             let rates = rate.as_ref().map(|(r, _)| part.tape.uniforms.rates(uniforms, r));
             let rows = q.is_some().then(|| Rows::new(&part.tape.uniforms, &columns));
-            let everything = (rates.is_some() || rows.is_some())
-                .then(|| Program::new(&part.tape, Purpose::Everything));
+            let everything =
+                (rates.is_some() || rows.is_some()).then(|| Program::new(&part.tape, Purpose::Everything));
             let program = everything.as_ref().unwrap_or(&part.inputs);
             // One component writes straight into the results; several go through columns of their own.
             let mut own = (k > 1).then(|| Own::new(n, d, m, rate.is_some()));
@@ -390,9 +398,7 @@ impl Field {
     /// Intervals of F over a box: one a component. An error where a part is opaque.
     pub fn interval(&self, lo: &[f64], hi: &[f64]) -> Result<Vec<Interval>, FieldError> {
         let inputs = self.box_inputs(lo, hi)?;
-        let one = |c: usize| {
-            self.tape(c).interval(&self.spans(c), &inputs, &mut Scratch::default())
-        };
+        let one = |c: usize| self.tape(c).interval(&self.spans(c), &inputs);
         Ok((0..self.components()).map(one).collect())
     }
 
@@ -401,10 +407,8 @@ impl Field {
         let inputs = self.box_inputs(lo, hi)?;
         let mut out = Vec::new();
         for c in 0..self.components() {
-            let (tape, spans, mut scratch) = (self.tape(c), self.spans(c), Scratch::default());
             let mut gradient = vec![Interval::ZERO; self.axes()];
-            tape.interval(&spans, &inputs, &mut scratch);
-            tape.interval_gradient(&spans, &mut scratch, &mut gradient);
+            self.tape(c).interval_gradient(&self.spans(c), &inputs, &mut gradient);
             out.extend(gradient);
         }
         Ok(out)
@@ -442,7 +446,10 @@ impl Field {
         let mut inputs = [Interval::ZERO; MAX_AXES];
         for a in 0..d {
             // Written so that NaN fails too.
-            if !matches!(lo[a].partial_cmp(&hi[a]), Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)) {
+            if !matches!(
+                lo[a].partial_cmp(&hi[a]),
+                Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal)
+            ) {
                 return Err(FieldError::Invalid(format!(
                     "a box needs lo <= hi, given [{}, {}] on axis {a}",
                     lo[a], hi[a]
@@ -501,7 +508,11 @@ struct Chunk<'a> {
     adjoints: &'a mut [f64],
 }
 
-fn chunks<'a>(t: Target<'a>, adjoints: &'a mut [f64], (d, leaves, m): (usize, usize, usize)) -> Vec<Chunk<'a>> {
+fn chunks<'a>(
+    t: Target<'a>,
+    adjoints: &'a mut [f64],
+    (d, leaves, m): (usize, usize, usize),
+) -> Vec<Chunk<'a>> {
     let mut out = Vec::with_capacity(t.value.len().div_ceil(CHUNK));
     let (mut value, mut gradient, mut rate, mut q, mut rest) = (t.value, t.gradient, t.rate, t.q, adjoints);
     let mut start = 0;

@@ -65,7 +65,8 @@ impl Field {
             return 0.0;
         }
         let finite = value.iter().filter(|v| v.is_finite());
-        let (lo, hi) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+        let (lo, hi) =
+            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
         if hi > lo { TAIL * (hi - lo) / exps as f64 } else { 0.0 }
     }
 
@@ -98,7 +99,12 @@ impl Surface for Field {
         Field::axes(self)
     }
 
-    fn value_gradient(&self, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) -> Result<(), FieldError> {
+    fn value_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) -> Result<(), FieldError> {
         if self.components() != 1 {
             return Err(FieldError::Invalid(format!(
                 "a surface has one equation, this field has {}",
@@ -124,7 +130,11 @@ impl Surface for Field {
         Ok(())
     }
 
-    fn narrowed<'a>(&'a self, points: &[[f64; 3]], margin: f64) -> Result<Option<Box<dyn Surface + 'a>>, FieldError> {
+    fn narrowed<'a>(
+        &'a self,
+        points: &[[f64; 3]],
+        margin: f64,
+    ) -> Result<Option<Box<dyn Surface + 'a>>, FieldError> {
         if self.is_opaque() || self.components() != 1 || self.tape(0).len() <= SHORT {
             return Ok(None);
         }
