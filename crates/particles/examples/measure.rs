@@ -31,8 +31,27 @@ fn main() {
             match r {
                 Ok(s) => {
                     let (r, e) = (&s.report, &s.report.evenness);
-                    println!("{name:8} {t:.3}s n {} rho_min {:.3} rho_avg {:.4} cv {:.4} six {:.3} cover {:.3} comp {} cert {} err {:.1e} area {:.4} nn {:.4} bd {} sing {} steps {} evals/n {:.1} births {} deaths {} {:?}",
-                        s.points.len(), e.rho_min, e.rho_avg, e.cv, e.six_valent, e.coverage, r.components, r.certified, r.max_error, r.area, r.spacing, r.on_bounds, r.singular, r.steps, r.evaluations as f64 / n as f64, r.births, r.deaths, r.status);
+                    println!(
+                        "{name:8} {t:.3}s n {} rho_min {:.3} rho_avg {:.4} cv {:.4} six {:.3} cover {:.3} comp {} cert {} err {:.1e} area {:.4} nn {:.4} bd {} sing {} steps {} evals/n {:.1} births {} deaths {} {:?}",
+                        s.points.len(),
+                        e.rho_min,
+                        e.rho_avg,
+                        e.cv,
+                        e.six_valent,
+                        e.coverage,
+                        r.components,
+                        r.certified,
+                        r.max_error,
+                        r.area,
+                        r.spacing,
+                        r.on_bounds,
+                        r.singular,
+                        r.steps,
+                        r.evaluations as f64 / n as f64,
+                        r.births,
+                        r.deaths,
+                        r.status
+                    );
                 }
                 Err(e) => println!("{name}: {e}"),
             }

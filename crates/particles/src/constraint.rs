@@ -228,7 +228,9 @@ pub(crate) fn project(
                 left[i] = off;
             }
             // A step that made it worse is tolerated while far away (the way may lead over a ridge), not when close.
-            if off > target.tolerance && (better || (off > 1e-6 * target.longest && round < target.rounds / 2)) {
+            if off > target.tolerance
+                && (better || (off > 1e-6 * target.longest && round < target.rounds / 2))
+            {
                 still.push(i as u32);
                 next.push(step);
             }

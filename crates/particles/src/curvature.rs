@@ -9,7 +9,12 @@ use crate::swarm::Swarm;
 use crate::vector::{V3, dot, frame, norm, scale, sub};
 
 /// Principal curvatures of every floater, largest magnitude first; positive where convex seen from outside.
-pub(crate) fn principal(surface: &dyn Surface, swarm: &Swarm, lists: &Neighbors, axes: usize) -> Vec<[f64; 2]> {
+pub(crate) fn principal(
+    surface: &dyn Surface,
+    swarm: &Swarm,
+    lists: &Neighbors,
+    axes: usize,
+) -> Vec<[f64; 2]> {
     let n = swarm.len();
     let (mut value, mut gradient, mut hessian) = (vec![0.0; n], vec![[0.0; 3]; n], vec![[0.0; 6]; n]);
     let known = surface.value_gradient(&swarm.points, &mut value, &mut gradient).is_ok()
@@ -23,7 +28,11 @@ pub(crate) fn principal(surface: &dyn Surface, swarm: &Swarm, lists: &Neighbors,
                 return [f64::NAN; 2];
             }
             let exact = known && hessian[i].iter().all(|h| h.is_finite());
-            if exact { of_hessian(gradient[i], normal, hessian[i], axes) } else { of_neighbors(swarm, lists, i, axes) }
+            if exact {
+                of_hessian(gradient[i], normal, hessian[i], axes)
+            } else {
+                of_neighbors(swarm, lists, i, axes)
+            }
         })
         .collect()
 }
@@ -112,7 +121,8 @@ mod tests {
     #[test]
     fn neighbours_of_a_saddle() {
         // z = (3x² - y²)/2, normals (-3x, y, 1)/|.|, outward up: convex seen from above means negative here.
-        let at = |x: f64, y: f64| ([x, y, 1.5 * x * x - 0.5 * y * y], crate::vector::unit([-3.0 * x, y, 1.0]));
+        let at =
+            |x: f64, y: f64| ([x, y, 1.5 * x * x - 0.5 * y * y], crate::vector::unit([-3.0 * x, y, 1.0]));
         let mut swarm = Swarm::default();
         swarm.push(at(0.0, 0.0).0, at(0.0, 0.0).1, 0, None);
         for k in 0..7 {

@@ -6,26 +6,53 @@
 
 use isoswarm_field::Surface;
 
+use crate::Error;
 use crate::constraint::Walls;
-use crate::options::{Amount, Phase};
+use crate::options::{self, Amount, Stop};
 use crate::population::{self, Turnover, linear};
-use crate::relax::Relaxation;
+use crate::relax::{Moved, Relaxation};
 use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::seeding::Seeds;
 use crate::swarm::Swarm;
-use crate::Error;
 
-/// σ in square roots of the mean cell while a swarm finds its order, and when it is finished.
-const SIGMA: f64 = 0.45;
-const SIGMA_LAST: f64 = 0.42;
+/// How a phase of the relaxation goes: σ in square roots of the mean cell, gain, momentum.
+#[derive(Clone, Copy)]
+struct Phase {
+    sigma: f64,
+    gain: f64,
+    momentum: f64,
+}
+
+/// From random points. A gain of .72 is α Δt = 6 × .12 in WH94's units; 1.1 diverges on random points.
+const ROUGH: Phase = Phase { sigma: 0.45, gain: 0.72, momentum: 0.9 };
+/// From a lattice, whose floaters keep their distance and bear longer steps.
+const REFINED: Phase = Phase { sigma: 0.45, gain: 1.4, momentum: 0.9 };
+/// Slow modes at the last level.
+const SETTLING: Phase = Phase { sigma: 0.42, gain: 2.0, momentum: 0.9 };
+/// Nearest neighbours only: evens out the distances around defects. The smaller σ, the softer the lattice, the larger
+/// the gain.
+const POLISHING: Phase = Phase { sigma: 0.31, gain: 5.0, momentum: 0.87 };
+
+/// Steps at the coarsest level, at each between, and at the last one: before settling, most while settling
+/// (`Options::steps`), and polishing.
+const COARSE_STEPS: usize = 100;
+const MIDDLE_STEPS: usize = 16;
+const FIRST_STEPS: usize = 10;
+pub(crate) const SETTLING_STEPS: usize = 60;
+const POLISHING_STEPS: usize = 9;
+/// Steps after a refinement until the population is brought to its number.
+const BEFORE_BALANCE: usize = 4;
+
 /// A coarse level has at least this many floaters, and as many times the number of components.
 const COARSEST: usize = 300;
 const PER_COMPONENT: usize = 12;
 /// Mean distance between nearest neighbours in square roots of the mean cell, when relaxed: .96 of the hexagonal one.
 const NEAREST: f64 = 1.03;
-/// Root mean square displacement in σ at which a swarm counts as settled.
-const SETTLED: f64 = 4e-3;
+/// Root mean square displacement of a step in σ at which a swarm counts as settled.
+const SETTLED: f64 = 0.03;
+/// Difference between the spacing asked for and measured that is worth another correction.
+const CLOSE: f64 = 0.008;
 
 /// What came of it.
 pub(crate) struct Spread {
@@ -42,65 +69,49 @@ pub(crate) fn spread<'s>(
     surface: &'s dyn Surface,
     seeds: &Seeds<'_>,
     amount: Amount,
-    last_steps: usize,
+    most_steps: usize,
 ) -> Result<Spread, Error> {
     let walls = seeds.walls;
-    let e = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
     let n = match amount {
         Amount::Count(n) => n,
         Amount::Spacing(s) => count_for(seeds.area, s / NEAREST, walls.axes).max(seeds.components),
     };
-    let levels = levels_for(n, seeds.components, walls.axes).min(e("LEVELS", 9.0) as u32);
-    let factor = if walls.axes == 2 { 1 } else { 2 };
-    let n0 = n >> (factor * levels);
+    let levels = levels_for(n, seeds.components, walls.axes);
+    let coarsest = n >> (halvings(walls.axes) * levels);
     let mut work = Work {
         run,
         surface,
         walls,
         least: seeds.least,
-        unit: linear(seeds.area / n0 as f64, walls.axes),
-        relaxation: Relaxation::new(surface, walls, Swarm::default(), 1.0, seeds.least),
+        amount,
+        n,
+        unit: linear(seeds.area / coarsest as f64, walls.axes),
+        relaxation: Relaxation::new(surface, walls, Swarm::default(), seeds.least),
+        phase: ROUGH,
     };
-    let swarm = choose(seeds, n0, Rng::new(work.run.seed, Stream::Thinning));
-    work.take(swarm, SIGMA);
-    // Coarsest level: large-scale order.
-    let coarse = e("COARSE", 100.0) as usize;
-    for k in 0..coarse {
-        if k == coarse / 8 || k == coarse / 4 || k == coarse / 2 {
-            work.balance(n0, SIGMA)?;
-        }
-        work.step(0.1 + 0.2 * k as f64 / coarse as f64)?;
-    }
+    let chosen = choose(seeds, coarsest, Rng::new(work.run.seed, Stream::Thinning));
+    work.take(chosen);
+    let mut goes_on = work.coarsest(levels)?;
     for level in (0..levels).rev() {
-        let target = n >> (factor * level);
-        work.refine(SIGMA)?;
-        let middle = e("MIDDLE", 16.0) as usize;
-        for k in 0..if level > 0 { middle } else { 6 } {
-            if k == 4 {
-                let t = work.balance(target, SIGMA)?;
-                if e("TALK", 0.0) > 0.0 { eprintln!("level {level} {target} {t:?}"); }
-            }
-            work.step(0.3)?;
+        if goes_on {
+            goes_on = work.finer(level)?;
         }
     }
-    let mut last = crate::relax::Moved::default();
-    for k in 0..last_steps {
-        if k == e("B2", 8.0) as usize {
-            let t = work.balance(n, SIGMA)?;
-            if e("TALK", 0.0) > 0.0 { eprintln!("last {t:?}"); }
-        }
-        if k == e("LATE", 12.0) as usize {
-            work.relaxation.sigma = SIGMA_LAST * work.unit;
-        }
-        last = work.step(0.5 + 0.4 * k as f64 / last_steps as f64)?;
-        if e("TALK", 0.0) > 1.0 { eprintln!("{k} {:.4}", last.rms); }
-        if k > 16 && last.rms < e("SETTLED", SETTLED) {
-            break;
-        }
-    }
+    let settled = goes_on && work.last(most_steps)?;
     work.run.evaluations += work.relaxation.evaluations;
-    let unmet = (last.rms > 5.0 * SETTLED).then(|| format!("still moving by {:.3} σ a step", last.rms));
+    let unmet = (!settled).then(|| match work.run.stop {
+        None => {
+            format!("the floaters still moved after {most_steps} steps at full resolution; allow more steps")
+        }
+        Some(Stop::Cancelled) => "cancelled".into(),
+        Some(Stop::TimeLimit) => "the time limit was reached".into(),
+    });
     Ok(Spread { swarm: work.relaxation.swarm, unit: work.unit, unmet })
+}
+
+/// Halvings of the number of floaters from level to level.
+fn halvings(axes: usize) -> u32 {
+    if axes == 2 { 1 } else { 2 }
 }
 
 /// Floaters that make a cell of the linear size `unit`.
@@ -110,9 +121,8 @@ fn count_for(area: f64, unit: f64, axes: usize) -> usize {
 
 fn levels_for(n: usize, components: usize, axes: usize) -> u32 {
     let coarsest = COARSEST.max(PER_COMPONENT * components);
-    let factor = if axes == 2 { 1 } else { 2 };
     let mut levels = 0;
-    while n >> (factor * (levels + 1)) >= coarsest && levels < 12 {
+    while n >> (halvings(axes) * (levels + 1)) >= coarsest && levels < 24 {
         levels += 1;
     }
     levels
@@ -151,46 +161,127 @@ struct Work<'w, 'a, 's> {
     surface: &'s dyn Surface,
     walls: Walls,
     least: f64,
+    amount: Amount,
+    /// Floaters at the last level.
+    n: usize,
+    /// Square root of a size-1 cell at present.
     unit: f64,
     relaxation: Relaxation<'s>,
+    phase: Phase,
 }
 
 impl Work<'_, '_, '_> {
-    /// Makes `swarm` the present one, in spatial order.
-    fn take(&mut self, swarm: Swarm, sigma: f64) {
-        self.relaxation.reset(swarm.sorted(2.0 * self.unit), sigma * self.unit);
+    /// Finds the large-scale order. Whether to go on.
+    fn coarsest(&mut self, levels: u32) -> Result<bool, Error> {
+        for k in 0..COARSE_STEPS {
+            // Thrice: from random points large differences remain at first, and few are left at last.
+            if k == COARSE_STEPS / 8 {
+                self.balance(self.n >> (halvings(self.walls.axes) * levels))?;
+            } else if k == COARSE_STEPS / 4 || k == COARSE_STEPS / 2 {
+                self.balance(self.population(levels))?;
+            }
+            if !self.step(0.1 + 0.2 * k as f64 / COARSE_STEPS as f64)?.1 {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
-    fn step(&mut self, fraction: f64) -> Result<crate::relax::Moved, Error> {
+    /// Doubles the resolution. Whether to go on.
+    fn finer(&mut self, level: u32) -> Result<bool, Error> {
+        self.refine()?;
+        self.enter(REFINED);
+        for k in 0..if level > 0 { MIDDLE_STEPS } else { FIRST_STEPS } {
+            if k == BEFORE_BALANCE {
+                self.balance(self.population(level))?;
+            }
+            if !self.step(0.3 + 0.2 / f64::from(level + 1))?.1 {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Settles and polishes the last level. Whether it came to rest.
+    fn last(&mut self, most: usize) -> Result<bool, Error> {
+        let mut settled = false;
+        self.enter(SETTLING);
+        for k in 0..most {
+            let (moved, goes_on) = self.step(0.5 + 0.4 * k as f64 / most as f64)?;
+            if !goes_on {
+                return Ok(false);
+            }
+            if k >= 2 * BEFORE_BALANCE && moved.rms < SETTLED {
+                settled = true;
+                break;
+            }
+        }
+        self.enter(POLISHING);
+        for _ in 0..POLISHING_STEPS {
+            if !self.step(0.9)?.1 {
+                return Ok(false);
+            }
+        }
+        Ok(settled)
+    }
+
+    /// How many floaters a level should have, so that the refinements after it come out at the number wanted.
+    fn population(&self, level: u32) -> usize {
+        if level == 0 {
+            return self.n;
+        }
+        let next = self.n >> (halvings(self.walls.axes) * (level - 1));
+        let swarm = &self.relaxation.swarm;
+        let children = population::edges(swarm, &self.walls, self.unit).len();
+        let factor = 1usize << halvings(self.walls.axes);
+        // Every floater gets three children (one, on curves), but for the bounds and the Euler characteristic.
+        let missing = (factor * swarm.len()) as f64 - (swarm.len() + children) as f64;
+        ((next as f64 + missing) / factor as f64).round().max(1.0) as usize
+    }
+
+    fn enter(&mut self, phase: Phase) {
+        self.phase = phase;
+        self.tune();
+    }
+
+    fn tune(&mut self) {
+        self.relaxation.tune(self.phase.sigma * self.unit, self.phase.gain, self.phase.momentum);
+    }
+
+    /// Makes `swarm` the present one, in spatial order.
+    fn take(&mut self, swarm: Swarm) {
+        self.relaxation.populate(swarm.sorted(2.0 * self.unit));
+        self.tune();
+    }
+
+    /// A step, and whether to go on.
+    fn step(&mut self, fraction: f64) -> Result<(Moved, bool), Error> {
         let moved = self.relaxation.step()?;
         self.run.steps += 1;
-        self.run.tell(Phase::Relaxing, fraction, self.relaxation.swarm.len());
-        Ok(moved)
+        Ok((moved, self.run.tell(options::Phase::Relaxing, fraction, self.relaxation.swarm.len())))
     }
 
-    fn balance(&mut self, n: usize, sigma: f64) -> Result<Turnover, Error> {
+    fn balance(&mut self, n: usize) -> Result<Turnover, Error> {
         let mut swarm = std::mem::take(&mut self.relaxation.swarm);
         let rng = Rng::new(self.run.seed, Stream::Death).child(self.run.steps as u64);
         let count = &mut self.run.evaluations;
-        let done = population::balance(
-            &mut swarm, self.surface, count, &self.walls, self.least, self.unit, n, rng,
-        )?;
+        let done =
+            population::balance(&mut swarm, self.surface, count, &self.walls, self.least, self.unit, n, rng)?;
         self.run.births += done.births as u64;
         self.run.deaths += done.deaths as u64;
         self.unit = linear(done.share, self.walls.axes);
-        self.take(swarm, sigma);
+        self.take(swarm);
         Ok(done)
     }
 
-    fn refine(&mut self, sigma: f64) -> Result<(), Error> {
+    fn refine(&mut self) -> Result<(), Error> {
         let mut swarm = std::mem::take(&mut self.relaxation.swarm);
         let before = swarm.len();
         let count = &mut self.run.evaluations;
         let born = population::refine(&mut swarm, self.surface, count, &self.walls, self.least, self.unit)?;
         self.run.births += born as u64;
-        let ratio = before as f64 / swarm.len() as f64;
-        self.unit *= linear(ratio, self.walls.axes);
-        self.take(swarm, sigma);
+        self.unit *= linear(before as f64 / swarm.len() as f64, self.walls.axes);
+        self.take(swarm);
         self.relaxation.rest();
         Ok(())
     }

@@ -57,29 +57,17 @@ pub(crate) fn finish(
     run.tell(Phase::Finishing, 0.9, swarm.len());
     let walls = seeds.walls;
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
-    let target =
-        Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 8 };
+    let target = Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 8 };
     let narrowed = surface.narrowed(&swarm.points, unit)?;
     // Points drop out of the projection, so the narrowed field only serves the measurement of the others.
-    let left = project(
-        surface,
-        &mut run.evaluations,
-        &walls,
-        &mut swarm.points,
-        &mut swarm.normals,
-        target,
-    )?;
+    let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
     let max_error = left.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
     let on_bounds = swarm.points.par_iter().filter(|p| walls.touches(**p)).count();
     let first = census(&swarm, &walls, unit);
     let _ = linear;
-    let curvatures = curvature::principal(
-        narrowed.as_deref().unwrap_or(surface),
-        &swarm,
-        &first.lists,
-        walls.axes,
-    );
+    let curvatures =
+        curvature::principal(narrowed.as_deref().unwrap_or(surface), &swarm, &first.lists, walls.axes);
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     // Numbered in the order of first appearance.

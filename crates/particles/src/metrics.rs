@@ -31,7 +31,12 @@ pub fn evenness(points: &[[f64; 3]], normals: &[[f64; 3]], bounds: Option<&Aabb>
     if axes == 2 {
         (walls.lo[2], walls.hi[2]) = (0.0, 0.0);
     }
-    let swarm = Swarm { points: points.to_vec(), normals: normals.to_vec(), label: vec![0; points.len()], ..Swarm::default() };
+    let swarm = Swarm {
+        points: points.to_vec(),
+        normals: normals.to_vec(),
+        label: vec![0; points.len()],
+        ..Swarm::default()
+    };
     let unit = spacing_guess(points, axes);
     let first = census(&swarm, &walls, unit);
     // Once more with a reach that fits.
@@ -71,7 +76,8 @@ pub(crate) fn mean_nearest(census: &Census) -> f64 {
 
 pub(crate) fn of_census(swarm: &Swarm, census: &Census, axes: usize) -> Evenness {
     let packed = if axes == 2 { census.share } else { hexagonal(census.share) };
-    let (mut n, mut sum, mut square, mut least, mut hole, mut regular) = (0usize, 0.0, 0.0, f64::INFINITY, 0.0f64, 0usize);
+    let (mut n, mut sum, mut square, mut least, mut hole, mut regular) =
+        (0usize, 0.0, 0.0, f64::INFINITY, 0.0f64, 0usize);
     let usual = if axes == 2 { 2 } else { 6 };
     for (i, c) in census.cells.iter().enumerate() {
         if c.clipped || !c.nearest.is_finite() {

@@ -9,7 +9,7 @@ use crate::neighbors::Neighbors;
 use crate::rng::Rng;
 use crate::stars::{Cell, Stars};
 use crate::swarm::Swarm;
-use crate::vector::{V3, add, scale};
+use crate::vector::{V3, add, along, distance, scale};
 
 /// Reach of the lists that cells need, in square roots of the mean cell.
 pub(crate) const REACH: f64 = 2.3;
@@ -68,9 +68,8 @@ pub(crate) fn census(swarm: &Swarm, walls: &Walls, unit: f64) -> Census {
 
 /// Cell areas relative to what they should be, averaged over neighbourhoods; 1 for cells at the bounds.
 fn sparseness(swarm: &Swarm, census: &Census, share: f64, axes: usize) -> (Vec<f64>, Vec<f64>) {
-    let own: Vec<f64> = (0..swarm.len())
-        .map(|i| census.cells[i].area / (share * weight(&swarm.size, i, axes)))
-        .collect();
+    let own: Vec<f64> =
+        (0..swarm.len()).map(|i| census.cells[i].area / (share * weight(&swarm.size, i, axes))).collect();
     let smooth = |v: &[f64]| -> Vec<f64> {
         (0..v.len())
             .into_par_iter()
@@ -128,14 +127,26 @@ pub(crate) fn balance(
     let deaths0: f64 = (0..now).map(|i| (-excess(i)).max(0.0)).sum();
     let mean = (0.5 * (births0 + deaths0 - now.abs_diff(n) as f64)).max(0.0).round() as usize;
     let (mut births, mut deaths) = (mean, mean);
-    if n > now { births += n - now } else { deaths += now - n }
+    if n > now {
+        births += n - now
+    } else {
+        deaths += now - n
+    }
     let key = |i: usize, sign: f64, counter: u64| {
         sign * (excess(i) + 0.5 * (own[i] - smooth[i])) - rng.unit(2 * i as u64 + counter)
     };
     let mut alive = vec![true; now];
     let mut touched = vec![false; now];
     let mut per_label = swarm.per_label();
-    let mut done = Turnover { share, nearest: crate::metrics::mean_nearest(&census), ..Turnover::default() };
+    let merged = crush(swarm, &census, unit, &mut alive, &mut per_label);
+    deaths = deaths.max(merged);
+    births = births.max((merged + n).saturating_sub(now));
+    let mut done = Turnover {
+        deaths: merged,
+        share,
+        nearest: crate::metrics::mean_nearest(&census),
+        ..Turnover::default()
+    };
     // Neighbours of one who died stay, unless there is no other way to the number that is asked for.
     for strict in [true, false] {
         let order = ranked(now, |i| key(i, -1.0, 0));
@@ -168,7 +179,9 @@ pub(crate) fn balance(
         .map(|&(i, again)| {
             // The farthest corner of the parent's cell; a second child of one parent goes the other way.
             let way = if again { -0.7 } else { 1.0 };
-            walls.clamp(add(swarm.points[i], scale(census.cells[i].corner, way)))
+            let place = add(swarm.points[i], scale(census.cells[i].corner, way));
+            // A little off, so that no two ever coincide and stay together.
+            walls.clamp(along(place, 0.05 * unit, rng.direction(i as u64, walls.axes)))
         })
         .collect();
     let mut normals: Vec<V3> = parents.iter().map(|&(i, _)| swarm.normals[i]).collect();
@@ -183,9 +196,36 @@ pub(crate) fn balance(
     Ok(done)
 }
 
+/// Floaters on top of each other: the force between them vanishes with their distance, so that pressure (at the bounds
+/// above all) can hold them together. One of each pair dies. Gives how many.
+fn crush(swarm: &Swarm, census: &Census, unit: f64, alive: &mut [bool], per_label: &mut [u32]) -> usize {
+    const OVERLAP: f64 = 0.35;
+    let mut dead = 0;
+    for i in 0..swarm.len() {
+        let reach = OVERLAP * unit * swarm.size.get(i).copied().unwrap_or(1.0);
+        if census.cells[i].nearest >= reach || per_label[swarm.label[i] as usize] <= 1 {
+            continue;
+        }
+        let on = |&j: &u32| {
+            let j = j as usize;
+            j < i
+                && alive[j]
+                && swarm.label[j] == swarm.label[i]
+                && distance(swarm.points[i], swarm.points[j]) < reach
+        };
+        if census.lists.of(i).iter().any(on) {
+            alive[i] = false;
+            per_label[swarm.label[i] as usize] -= 1;
+            dead += 1;
+        }
+    }
+    dead
+}
+
 /// Indices by falling key.
 fn ranked(n: usize, key: impl Fn(usize) -> f64 + Sync) -> Vec<usize> {
-    let mut keyed: Vec<(f64, usize)> = (0..n).into_par_iter().with_min_len(4096).map(|i| (key(i), i)).collect();
+    let mut keyed: Vec<(f64, usize)> =
+        (0..n).into_par_iter().with_min_len(4096).map(|i| (key(i), i)).collect();
     keyed.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     keyed.into_iter().map(|(_, i)| i).collect()
 }
@@ -243,8 +283,7 @@ pub(crate) fn edges(swarm: &Swarm, walls: &Walls, unit: f64) -> Vec<(u32, u32)> 
             out
         })
         .collect();
-    let mut all: Vec<(u32, u32)> =
-        rows.into_iter().flatten().map(|(i, j)| (i.min(j), i.max(j))).collect();
+    let mut all: Vec<(u32, u32)> = rows.into_iter().flatten().map(|(i, j)| (i.min(j), i.max(j))).collect();
     all.par_sort_unstable();
     all.dedup();
     all

@@ -17,10 +17,6 @@ use crate::vector::{V3, add, distance, norm, scale, sub, unit};
 const CUTOFF: f64 = 4.0;
 /// Lists are drawn this many σ wider, so that they serve several steps.
 const SKIN: f64 = 0.6;
-/// Gain of a step: α Δt = 6 × .12 of WH94's units; half as much again diverges.
-const GAIN: f64 = 0.72;
-/// Part of the last displacement that is kept: the heavy ball.
-const MOMENTUM: f64 = 0.9;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Motion in σ after which the field is narrowed anew.
@@ -43,7 +39,11 @@ pub(crate) struct Relaxation<'s> {
     /// Gradients up to this length count as zero.
     least: f64,
     /// Radius of repulsion of a floater of size 1.
-    pub(crate) sigma: f64,
+    sigma: f64,
+    /// Displacement per force.
+    gain: f64,
+    /// Part of the last displacement that is kept: the heavy ball.
+    momentum: f64,
     pub(crate) swarm: Swarm,
     /// Σ exp(-r²/2σ²) over the neighbours at the start of the last step.
     pub(crate) energy: Vec<f64>,
@@ -57,13 +57,15 @@ pub(crate) struct Relaxation<'s> {
 }
 
 impl<'s> Relaxation<'s> {
-    pub(crate) fn new(surface: &'s dyn Surface, walls: Walls, swarm: Swarm, sigma: f64, least: f64) -> Self {
+    pub(crate) fn new(surface: &'s dyn Surface, walls: Walls, swarm: Swarm, least: f64) -> Self {
         Self {
             surface,
             narrowed: None,
             walls,
             least,
-            sigma,
+            sigma: 1.0,
+            gain: 0.0,
+            momentum: 0.0,
             swarm,
             energy: Vec::new(),
             evaluations: 0,
@@ -76,12 +78,17 @@ impl<'s> Relaxation<'s> {
         }
     }
 
-    /// Changes the population or the radius: everything derived is forgotten.
-    pub(crate) fn reset(&mut self, swarm: Swarm, sigma: f64) {
+    /// Changes the population: everything derived from it is forgotten.
+    pub(crate) fn populate(&mut self, swarm: Swarm) {
         self.swarm = swarm;
-        self.sigma = sigma;
         self.moved_since_lists = f64::INFINITY;
         self.moved_since_narrowing = f64::INFINITY;
+    }
+
+    /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come.
+    pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64) {
+        (self.sigma, self.gain, self.momentum) = (sigma, gain, momentum);
+        self.moved_since_lists = f64::INFINITY;
     }
 
     /// The present neighbours: all within 4 σ and a little more.
@@ -119,7 +126,8 @@ impl<'s> Relaxation<'s> {
 
     /// Forces from the present positions; displaced positions into `next`.
     fn displace(&mut self) {
-        let Self { walls, sigma, swarm, energy, lists, next, .. } = self;
+        let Self { walls, sigma, swarm, energy, lists, next, gain, momentum, .. } = self;
+        let (gain, momentum) = (*gain, *momentum);
         let Swarm { points, normals, velocity, size, .. } = swarm;
         let (points, normals, size, sigma) = (&points[..], &normals[..], &size[..], *sigma);
         let arch = Arch::new();
@@ -128,7 +136,20 @@ impl<'s> Relaxation<'s> {
             .zip(energy.par_chunks_mut(CHUNK))
             .enumerate()
             .for_each(|(c, ((next, velocity), energy))| {
-                arch.dispatch(Displace { first: c * CHUNK, points, normals, size, sigma, lists, walls, next, velocity, energy });
+                arch.dispatch(Displace {
+                    gain,
+                    momentum,
+                    first: c * CHUNK,
+                    points,
+                    normals,
+                    size,
+                    sigma,
+                    lists,
+                    walls,
+                    next,
+                    velocity,
+                    energy,
+                });
             });
     }
 
@@ -180,6 +201,8 @@ impl<'s> Relaxation<'s> {
 /// One task of [`Relaxation::displace`].
 struct Displace<'a> {
     first: usize,
+    gain: f64,
+    momentum: f64,
     points: &'a [V3],
     normals: &'a [V3],
     size: &'a [f64],
@@ -200,13 +223,26 @@ impl pulp::NullaryFnOnce for Displace<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { first, points, normals, size, sigma, lists, walls, next, velocity, energy } = self;
+        let Self {
+            gain,
+            momentum,
+            first,
+            points,
+            normals,
+            size,
+            sigma,
+            lists,
+            walls,
+            next,
+            velocity,
+            energy,
+        } = self;
         for k in 0..next.len() {
             let i = first + k;
             let p = points[i];
             let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
             let (force, e) = repulsion(i, points, lists.of(i), size, sigma);
-            let push = add(scale(velocity[k], MOMENTUM), scale(force, GAIN));
+            let push = add(scale(velocity[k], momentum), scale(force, gain));
             let mut v = walls.slide(p, normals[i], push);
             let length = norm(v);
             if length > LONGEST * own {

@@ -147,7 +147,8 @@ pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
     if c > 0.7 {
         return arc;
     }
-    let crease = (0.5 * (norm(tangential(r, n)) + norm(tangential(r, m))) * 2.0 / (1.0 + c)).clamp(arc, 2.0 * d);
+    let crease =
+        (0.5 * (norm(tangential(r, n)) + norm(tangential(r, m))) * 2.0 / (1.0 + c)).clamp(arc, 2.0 * d);
     let t = ((0.7 - c) / 0.4).min(1.0);
     arc + t * (crease - arc)
 }

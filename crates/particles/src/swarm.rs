@@ -60,7 +60,8 @@ impl Swarm {
 
     /// The neighbours within `radius` times the larger of the two sizes, on the same sheet.
     pub(crate) fn neighbors(&self, radius: f64) -> Neighbors {
-        let keep = |i: usize, j: usize| same_sheet(self.points[i], self.points[j], self.normals[i], self.normals[j]);
+        let keep =
+            |i: usize, j: usize| same_sheet(self.points[i], self.points[j], self.normals[i], self.normals[j]);
         if self.size.is_empty() {
             Neighbors::find(&self.points, Reach::Same(radius), keep)
         } else {

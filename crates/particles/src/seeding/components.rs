@@ -70,7 +70,9 @@ pub(crate) fn label(
     let spacing = if walls.axes == 2 { per } else { per.sqrt() };
     let mut sets = Sets::new(n);
     let smooth = |i: usize, j: usize| {
-        i < j && dot(normals[i], normals[j]) >= 0.5 && same_sheet(points[i], points[j], normals[i], normals[j])
+        i < j
+            && dot(normals[i], normals[j]) >= 0.5
+            && same_sheet(points[i], points[j], normals[i], normals[j])
     };
     let lists = Neighbors::find(points, Reach::Same(NEAR * spacing), smooth);
     for i in 0..n {
@@ -79,7 +81,8 @@ pub(crate) fn label(
     for round in 0..ROUNDS {
         // The last rounds look farther.
         let radius = if round < ROUNDS / 2 { NEAR } else { FAR } * spacing;
-        if !join_by_walks(surface, count, walls, points, &normals, radius, &mut sets)? && round >= ROUNDS / 2 {
+        if !join_by_walks(surface, count, walls, points, &normals, radius, &mut sets)? && round >= ROUNDS / 2
+        {
             break;
         }
     }
@@ -107,9 +110,8 @@ fn join_by_walks(
     if set.iter().all(|&s| s == set[0]) {
         return Ok(false);
     }
-    let apart = |i: usize, j: usize| {
-        i < j && set[i] != set[j] && normals[i] != [0.0; 3] && normals[j] != [0.0; 3]
-    };
+    let apart =
+        |i: usize, j: usize| i < j && set[i] != set[j] && normals[i] != [0.0; 3] && normals[j] != [0.0; 3];
     let lists = Neighbors::find(points, Reach::Same(radius), apart);
     let mut shortest: BTreeMap<(u32, u32), Vec<(f64, u32, u32)>> = BTreeMap::new();
     for i in 0..points.len() {

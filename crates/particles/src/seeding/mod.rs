@@ -85,8 +85,12 @@ pub(crate) fn seed<'s>(
         return Ok((None, region.certified && doubt == 0));
     }
     let certified = region.certified && doubt == 0;
-    let (label, components) = components::label(surface, count, &walls, &roots, area, least)?;
-    let (order, uniform) = roots.uniform_first();
+    let (mut label, mut components) = components::label(surface, count, &walls, &roots, area, least)?;
+    let (mut order, uniform) = roots.uniform_first();
+    components = drop_touching(&walls, &roots, &mut order, &mut label, components);
+    if components == 0 {
+        return Ok((None, certified));
+    }
     Ok((
         Some(Seeds {
             points: order.iter().map(|&i| roots.points[i]).collect(),
@@ -102,6 +106,30 @@ pub(crate) fn seed<'s>(
         }),
         certified,
     ))
+}
+
+/// Leaves out components that only touch the bounds from outside, in points without area: no line met them and all
+/// their roots lie on faces. Gives the number of those that stay.
+fn drop_touching(
+    walls: &Walls,
+    roots: &Roots,
+    order: &mut Vec<usize>,
+    label: &mut [u32],
+    components: usize,
+) -> usize {
+    let mut real = vec![false; components];
+    for i in 0..roots.points.len() {
+        real[label[i] as usize] |= roots.line[i] != u64::MAX || !walls.touches(roots.points[i]);
+    }
+    order.retain(|&i| real[label[i] as usize]);
+    let mut number = vec![0u32; components];
+    let mut kept = 0;
+    for c in 0..components {
+        number[c] = kept;
+        kept += u32::from(real[c]);
+    }
+    label.iter_mut().for_each(|l| *l = number[*l as usize]);
+    kept as usize
 }
 
 /// The median length of the gradients: what small gradients are compared with.

@@ -70,8 +70,7 @@ fn newton_from_centres(
 ) -> Result<Vec<Option<(V3, V3)>>, FieldError> {
     let mut out = vec![None; boxes.len()];
     let mut active: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut points: Vec<V3> =
-        boxes.iter().map(|b| [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]))).collect();
+    let mut points: Vec<V3> = boxes.iter().map(|b| [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]))).collect();
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
     for _ in 0..STEPS {
         evaluate(surface, count, &points, &mut value, &mut gradient)?;
@@ -120,7 +119,8 @@ fn far_from_roots(
             grid.near(middle, 1.5 * region.side, |r| {
                 let other = region.boxes[roots.owner[r as usize] as usize];
                 let slack = 1e-6 * region.side;
-                near |= (0..axes).all(|a| other.lo[a] <= own.hi[a] + slack && own.lo[a] <= other.hi[a] + slack);
+                near |=
+                    (0..axes).all(|a| other.lo[a] <= own.hi[a] + slack && own.lo[a] <= other.hi[a] + slack);
             });
             !near
         })

@@ -95,7 +95,11 @@ fn by_samples<'s>(
                 let corner = |up: usize| {
                     [0, 1, 2].map(|a| {
                         // The last face is the bound itself, to the bit.
-                        if at[a] + up == cells(a) { bounds.hi[a] } else { bounds.lo[a] + (at[a] + up) as f64 * step[a] }
+                        if at[a] + up == cells(a) {
+                            bounds.hi[a]
+                        } else {
+                            bounds.lo[a] + (at[a] + up) as f64 * step[a]
+                        }
                     })
                 };
                 boxes.push(Aabb::new(corner(0), corner(1)));

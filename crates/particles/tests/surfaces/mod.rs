@@ -43,16 +43,19 @@ impl Surface for Analytic {
         self.axes
     }
 
-    fn value_gradient(&self, points: &[Point], value: &mut [f64], gradient: &mut [Point]) -> Result<(), FieldError> {
-        points
-            .par_chunks(512)
-            .zip(value.par_chunks_mut(512))
-            .zip(gradient.par_chunks_mut(512))
-            .for_each(|((p, v), g)| {
+    fn value_gradient(
+        &self,
+        points: &[Point],
+        value: &mut [f64],
+        gradient: &mut [Point],
+    ) -> Result<(), FieldError> {
+        points.par_chunks(512).zip(value.par_chunks_mut(512)).zip(gradient.par_chunks_mut(512)).for_each(
+            |((p, v), g)| {
                 for k in 0..p.len() {
                     (v[k], g[k]) = (self.f)(p[k]);
                 }
-            });
+            },
+        );
         Ok(())
     }
 
@@ -93,7 +96,8 @@ impl Surface for Analytic {
             boxes = boxes
                 .into_iter()
                 .flat_map(|b| {
-                    let a = (0..3).max_by(|&i, &j| (b.hi[i] - b.lo[i]).total_cmp(&(b.hi[j] - b.lo[j]))).unwrap();
+                    let a =
+                        (0..3).max_by(|&i, &j| (b.hi[i] - b.lo[i]).total_cmp(&(b.hi[j] - b.lo[j]))).unwrap();
                     let m = 0.5 * (b.lo[a] + b.hi[a]);
                     let (mut low, mut high) = (b, b);
                     low.hi[a] = m;
@@ -151,12 +155,8 @@ pub fn spheres(balls: Vec<(Point, f64)>) -> Analytic {
 pub fn shells(radii: Vec<f64>) -> Analytic {
     Analytic::new(move |p| {
         let l = length(p);
-        let (k, d) = radii
-            .iter()
-            .map(|r| l - r)
-            .enumerate()
-            .min_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-            .unwrap();
+        let (k, d) =
+            radii.iter().map(|r| l - r).enumerate().min_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap();
         let s = if k % 2 == 0 { 1.0 } else { -1.0 };
         (s * d, p.map(|v| s * v / l.max(1e-300)))
     })
@@ -249,7 +249,11 @@ pub fn sixteen() -> Analytic {
     let centres = (0..16)
         .map(|i| {
             let t = f64::from(i) * 0.8;
-            [(0.6 + 0.02 * f64::from(i)) * t.cos(), (0.6 + 0.02 * f64::from(i)) * t.sin(), 0.11 * f64::from(i) - 0.8]
+            [
+                (0.6 + 0.02 * f64::from(i)) * t.cos(),
+                (0.6 + 0.02 * f64::from(i)) * t.sin(),
+                0.11 * f64::from(i) - 0.8,
+            ]
         })
         .collect();
     Analytic { lipschitz: Some(6.0), ..blobs(centres, 0.3, 0.4) }
