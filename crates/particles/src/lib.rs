@@ -13,6 +13,7 @@ pub mod metrics;
 mod neighbors;
 mod options;
 mod population;
+mod project;
 mod relax;
 mod report;
 pub mod rng;
@@ -25,5 +26,6 @@ mod vector;
 
 pub use error::Error;
 pub use options::{Amount, Density, DensityFn, Method, Options, Phase, Progress, ProgressFn, Stop};
+pub use project::project;
 pub use report::{Evenness, Report, Samples, Status};
 pub use sample::sample;
