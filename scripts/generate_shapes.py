@@ -95,10 +95,15 @@ def remarks(p: dict[str, Any]) -> str:
 def function(kind: dict[str, Any]) -> str:
     """The source of one function."""
     first, _, rest = kind["doc"].partition(". ")
+    if len(first) > 110:
+        first, _, more = first.partition(": ")
+        rest = f"{more[:1].upper()}{more[1:]}. {rest}".strip()
+    if len(first) > 110:
+        first, rest = f"The kind `{kind['name']}`", kind["doc"]
     lines = [first.rstrip(".") + ".", ""]
     if rest:
-        lines += [*textwrap.wrap(rest, 105), ""]
-    lines += [f"F = {kind['formula']}", ""]
+        lines += [*textwrap.wrap(rest, 110), ""]
+    lines += [*textwrap.wrap(f"F = {kind['formula']}", 110, subsequent_indent="    "), ""]
     names = operands(kind)
     lines += ["Parameters", "----------"]
     described = [(name, "Field or float", "Operand." if name[0] != "*" else "Operands.") for name in names]
@@ -127,8 +132,10 @@ def module(kinds: list[dict[str, Any]], title: str) -> str:
     """The source of a module, formatted."""
     names = "".join(f"    {json.dumps(name)},\n" for name in sorted(kind["name"] for kind in kinds))
     source = HEADER.format(title=title, names=names) + "\n\n".join(function(kind) for kind in kinds)
-    command = [sys.executable, "-m", "ruff", "format", "--stdin-filename", str(PACKAGE / "shapes.py"), "-"]
-    return subprocess.run(command, input=source, check=True, capture_output=True, text=True).stdout
+    for command in (["format"], ["check", "--fix-only", "--select", "RUF022"]):
+        line = [sys.executable, "-m", "ruff", *command, "--stdin-filename", str(PACKAGE / "shapes.py"), "-"]
+        source = subprocess.run(line, input=source, check=True, capture_output=True, text=True).stdout
+    return source
 
 
 def files() -> dict[Path, str]:

@@ -36,7 +36,7 @@ def as_floats(what: str, value: npt.ArrayLike, shape: tuple[int | None, ...], le
 
     """
     try:
-        array = np.ascontiguousarray(value, dtype=np.float64)
+        array = np.asarray(value, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise ValueError(
             f"{what}: expected numbers of shape {_written(shape, letters)}, given {value!r:.60}"

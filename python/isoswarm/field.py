@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from isoswarm import _core
 from isoswarm._arrays import Floats, as_bounds, as_points
+from isoswarm.errors import ConvergenceError
 
 __all__ = ["Field", "Operand", "Parameter", "Parameters", "node"]
 
@@ -229,8 +230,7 @@ class Field:
 
     def hessian(self, X: npt.ArrayLike) -> Floats:
         """∂²F/∂x² at each point, (n, 3, 3)."""
-        packed = self._model.hessian(as_points(X, self.axes))
-        return packed[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+        return self._model.hessian(as_points(X, self.axes))
 
     def interval(self, lo: npt.ArrayLike, hi: npt.ArrayLike) -> tuple[float, float]:
         """Numbers that no value of F in the box from `lo` to `hi` is below or above.
@@ -256,7 +256,18 @@ class Field:
             Some point does not reach the surface: the gradient vanishes on the way, or there is none nearby.
 
         """
-        return self._model.project(as_points(X, self.axes))
+        points = as_points(X, self.axes)
+        box = self.bounds or (points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf))
+        size = float(np.linalg.norm(box[1] - box[0])) if len(points) else 1.0
+        moved, left = _core.project(self._model, points, size or np.inf)
+        missed = left > 1e-9 * max(size, float(np.abs(moved).max(initial=0.0)))
+        if missed.any():
+            i = int(np.argmax(missed))
+            raise ConvergenceError(
+                f"{int(missed.sum())} of {len(points)} points do not reach the surface, first X[{i}] = "
+                f"{points[i].tolist()} (still {left[i]:.2g} off): start closer to it"
+            )
+        return moved
 
     # Moved ---------------------------------------------------------------------------------------------------
 

@@ -93,7 +93,7 @@ def from_function(
     """
     if axes not in (2, 3):
         raise ValueError(f"axes: expected 2 or 3, given {axes}")
-    called: str = name or getattr(function, "__name__", "function")
+    called = name or str(getattr(function, "__name__", "function"))
     box = None
     if bounds is not None:
         lo, hi = as_bounds(bounds, axes)

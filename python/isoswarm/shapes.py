@@ -361,7 +361,8 @@ def neovius(period: Operand = 1.0, level: Operand = 0.0) -> Field:
 def lidinoid(period: Operand = 1.0, level: Operand = 0.0) -> Field:
     """Lidin's lidinoid.
 
-    F = (sin 2X cos Y sin Z + sin 2Y cos Z sin X + sin 2Z cos X sin Y)/2 − (cos 2X cos 2Y + cos 2Y cos 2Z + cos 2Z cos 2X)/2 + 0.15 − level; X = 2πx/period
+    F = (sin 2X cos Y sin Z + sin 2Y cos Z sin X + sin 2Z cos X sin Y)/2 − (cos 2X cos 2Y + cos 2Y cos 2Z + cos 2Z
+        cos 2X)/2 + 0.15 − level; X = 2πx/period
 
     Parameters
     ----------
@@ -610,9 +611,10 @@ def smooth_difference(*operands: Operand, k: Operand = 0.1) -> Field:
 
 
 def quadratic_union(*operands: Operand, k: Operand = 0.1) -> Field:
-    """A union with rounded seams: the quadratic smooth minimum, exactly the union where the operands differ by more than k.
+    """A union with rounded seams.
 
-    Once continuously differentiable; more than two operands are joined in order.
+    The quadratic smooth minimum, exactly the union where the operands differ by more than k. Once continuously
+    differentiable; more than two operands are joined in order.
 
     F = min(f, g) − max(k − |f − g|, 0)²/(4k)
 
@@ -660,8 +662,8 @@ def blobby_blend(f: Operand, g: Operand, T: Operand = 1.0, a: Operand = 0.0, b: 
 def superelliptic_blend(f: Operand, g: Operand, a: Operand = 0.5, b: Operand = 0.5, d: int = 2) -> Field:
     """The superelliptic blend of two operands (HBJF02 eq.
 
-    5, corrected: as printed it is inside out and closed). A union whose seam is filled within the distances
-    a and b.
+    5, corrected: as printed it is inside out and closed). A union whose seam is filled within the distances a and
+    b.
 
     F = 1 − max(0, 1 − f/a)^d − max(0, 1 − g/b)^d
 
@@ -688,8 +690,8 @@ def superelliptic_blend(f: Operand, g: Operand, a: Operand = 0.5, b: Operand = 0
 def r_blend(f: Operand, g: Operand, s: int = -1, d: int = 0) -> Field:
     """An R-function of two operands (HBJF02 eq.
 
-    6). With F < 0 inside s = 1 is the intersection and s = −1 the union. The derivative at f = g = 0 is
-    defined as that of f + g for d = 0; for d above 0 it is 0 there, along the whole crease.
+    6). With F < 0 inside s = 1 is the intersection and s = −1 the union. The derivative at f = g = 0 is defined
+    as that of f + g for d = 0; for d above 0 it is 0 there, along the whole crease.
 
     F = (f + g + s √(f² + g²)) (f² + g²)^(d/2)
 
@@ -908,7 +910,9 @@ def twist(f: Operand, rate: Operand = 1.0, axis: int = 2) -> Field:
 
 
 def bend(f: Operand, rate: Operand = 0.5, axis: int = 2) -> Field:
-    """The operand bent (Barr 1984): what lay along x (y or z for axis 0 or 1) becomes an arc of radius 1/rate that turns about the axis.
+    """The operand bent (Barr 1984).
+
+    What lay along x (y or z for axis 0 or 1) becomes an arc of radius 1/rate that turns about the axis..
 
     F = f(atan2(kx, 1 − ky)/k, 1/k − |(x, 1/k − y)|, z), k = rate
 

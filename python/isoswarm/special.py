@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from isoswarm import _core
 from isoswarm.field import Field, Operand, node
 
 __all__ = ["algebraic", "blend", "stack", "xy", "xyz"]
@@ -20,7 +21,8 @@ def xyz() -> tuple[Field, Field, Field]:
     [3.0]
 
     """
-    return node("x"), node("y"), node("z")
+    x, y, z = (Field(_core.Model.parse(axis, [], 3)) for axis in "xyz")
+    return x, y, z
 
 
 def xy() -> tuple[Field, Field]:
@@ -35,7 +37,8 @@ def xy() -> tuple[Field, Field]:
     2
 
     """
-    return node("planar", node("x")), node("planar", node("y"))
+    x, y, _ = xyz()
+    return node("planar", x), node("planar", y)
 
 
 def algebraic(coefficients: Mapping[tuple[int, int, int], Operand]) -> Field:

@@ -19,7 +19,7 @@ mod _core {
     #[pymodule_export]
     use crate::geometry::{Cloud, write_bytes};
     #[pymodule_export]
-    use crate::particles::{measure, sample};
+    use crate::particles::{measure, project, sample};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -1,7 +1,7 @@
 //! isoswarm-particles for Python: sampling.
 use isoswarm_field::{Aabb, Surface};
 use isoswarm_particles::{self as core, Amount, Density, Evenness, Method, Options, Report, Samples, Status};
-use numpy::PyReadonlyArray2;
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -193,4 +193,18 @@ fn evenness<'py>(py: Python<'py>, found: &Evenness) -> PyResult<Bound<'py, PyDic
     e.set_item("six_valent", found.six_valent)?;
     e.set_item("coverage", found.coverage)?;
     Ok(e)
+}
+
+/// The points moved onto the surface, and the distance |F|/|∇F| that is left at each.
+#[pyfunction]
+pub fn project<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, Model>,
+    points: PyReadonlyArray2<'py, f64>,
+    size: f64,
+) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    let surface = model.get().field()?.as_ref();
+    let mut points = arrays::points("X", &points)?;
+    let left = py.detach(|| core::project(surface, &mut points, size)).map_err(errors::field)?;
+    Ok((arrays::from_rows(py, points)?, arrays::from_column(py, left)))
 }

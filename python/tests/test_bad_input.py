@@ -127,7 +127,7 @@ def test_division_by_zero_everywhere_is_no_surface() -> None:
 
 def test_operators_take_fields_and_numbers_only() -> None:
     with pytest.raises(TypeError, match="a field or a number"):
-        ball + "x"  # type: ignore[operator]
+        ball + "x"
     with pytest.raises(TypeError, match="not with arrays"):
         np.ones(3) * ball
     with pytest.raises(TypeError, match="neither true nor false"):

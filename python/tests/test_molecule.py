@@ -111,4 +111,4 @@ def test_a_missing_file(tmp_path: Path) -> None:
 
 def test_an_unknown_kind(water: Path) -> None:
     with pytest.raises(ValueError, match='expected "gaussian" or "compact"'):
-        iso.molecule(water, kind="hard")  # type: ignore[arg-type]
+        iso.molecule(water, kind="hard")

@@ -18,9 +18,9 @@ def test_the_example_runs(root: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     names: dict[str, object] = {}
     exec(compile(example, "README.md", "exec"), names)
     samples = names["samples"]
-    assert len(samples) == 10_000  # type: ignore[arg-type]
+    assert len(samples) == 10_000
     assert (tmp_path / "points.ply").stat().st_size > 10_000 * 48
-    assert np.isfinite(samples.points).all()  # type: ignore[attr-defined]
+    assert np.isfinite(samples.points).all()
 
 
 def test_every_file_that_it_points_to_exists(root: Path) -> None:

@@ -110,9 +110,9 @@ def test_a_picture_shows_the_samples(tmp_path: Path, sphere: iso.Samples) -> Non
 
 def test_picture_options_are_checked(sphere: iso.Samples) -> None:
     with pytest.raises(ValueError, match="style"):
-        sphere.picture(style="cubes")  # type: ignore[arg-type]
+        sphere.picture(style="cubes")
     with pytest.raises(ValueError, match="coloring: expected"):
-        sphere.picture(coloring="taste")  # type: ignore[arg-type]
+        sphere.picture(coloring="taste")
     with pytest.raises(ValueError, match="width"):
         sphere.picture(width=0)
 

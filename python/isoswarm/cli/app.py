@@ -37,6 +37,7 @@ Bounds = Annotated[
 ]
 Settings = Annotated[list[str] | None, typer.Option("--set", help="name=value of a parameter; may be repeated.")]
 Water = Annotated[bool, typer.Option("--water/--no-water", help="Keep a molecule's water.")]
+Axes = Annotated[int, typer.Option("--axes", help="2 for a formula of a curve in the plane.")]
 Seed = Annotated[int, typer.Option("--seed", help="Of every random choice.")]
 Limit = Annotated[float | None, typer.Option("--time-limit", help="In seconds; keeps what there is by then.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document to standard output.")]
@@ -54,6 +55,7 @@ def sample_command(
     bounds: Bounds = None,
     settings: Settings = None,
     water: Water = False,
+    axes: Axes = 3,
     density: Annotated[str | None, typer.Option("--density", help="'curvature' for more samples there.")] = None,
     method: Annotated[
         str, typer.Option("--method", help="floaters, adaptive, simple, fissioning or random.")
@@ -67,7 +69,7 @@ def sample_command(
     with reported():
         if output is not None:
             _check_ending(output, (".ply", ".npz", ".obj", ".csv"))
-        field = models.read(model, settings or [], water)
+        field = models.read(model, settings or [], water, axes)
         samples = _sampled(
             field,
             quiet,
@@ -96,12 +98,13 @@ def info_command(
     bounds: Bounds = None,
     settings: Settings = None,
     water: Water = False,
+    axes: Axes = 3,
     seed: Seed = 0,
     as_json: Json = False,
 ) -> None:
     """Say what is known about MODEL: parameters, bounds, components, and whether its derivatives are right."""
     with reported():
-        field = models.read(model, settings or [], water)
+        field = models.read(model, settings or [], water, axes)
         found = diagnose(field, bounds=models.bounds(bounds), seed=seed)
         if as_json:
             print_json(found.as_dict())
@@ -121,6 +124,7 @@ def view_command(
     bounds: Bounds = None,
     settings: Settings = None,
     water: Water = False,
+    axes: Axes = 3,
     size: Annotated[str, typer.Option("--size", help="Width x height in pixels.")] = "1200x900",
     azimuth: Annotated[float, typer.Option("--azimuth", help="Direction of view, in degrees.")] = 35.0,
     elevation: Annotated[float, typer.Option("--elevation", help="Direction of view, in degrees.")] = 25.0,
@@ -136,7 +140,7 @@ def view_command(
     with reported():
         _check_ending(output, (".png",))
         width, height = _size(size)
-        field = models.read(model, settings or [], water)
+        field = models.read(model, settings or [], water, axes)
         samples = _sampled(field, quiet, n=count, bounds=models.bounds(bounds), seed=seed, time_limit=time_limit)
         if len(samples):
             samples.picture(

@@ -17,7 +17,7 @@ HELP = (
 FILES = (".vm", ".iso.json")
 
 
-def read(model: str, settings: list[str], water: bool = False) -> Field:
+def read(model: str, settings: list[str], water: bool = False, axes: int = 3) -> Field:
     """The field that MODEL names, with parameters set.
 
     Parameters
@@ -28,6 +28,8 @@ def read(model: str, settings: list[str], water: bool = False) -> Field:
         ``name=value`` each.
     water : bool
         Keep a molecule's water.
+    axes : int
+        2 for a formula of a curve in the plane.
 
     """
     values = dict(_setting(text) for text in settings)
@@ -39,7 +41,7 @@ def read(model: str, settings: list[str], water: bool = False) -> Field:
     elif Path(model).is_file():
         raise ValueError(f"{model}: expected a file that ends in one of {', '.join((*FILES, *MOLECULES))}")
     else:
-        return parse(model, **values)
+        return parse(model, axes=axes, **values)
     return field.with_parameters(values)
 
 
