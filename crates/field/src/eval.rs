@@ -124,7 +124,7 @@ pub(crate) trait Sink<V: Scalar, const B: usize> {
     /// Whether anything is wanted from this uniform.
     fn wants(&self, uniform: u32) -> bool;
     /// Adds a block of contributions.
-    fn add(&mut self, uniform: u32, contribution: &[V; B]);
+    fn add(&mut self, uniform: u32, contribution: impl Fn(usize) -> V);
 }
 
 /// Nothing is wanted: derivatives with respect to the coordinates only.
@@ -136,7 +136,7 @@ impl<V: Scalar, const B: usize> Sink<V, B> for Ignore {
         false
     }
     #[inline(always)]
-    fn add(&mut self, _: u32, _: &[V; B]) {}
+    fn add(&mut self, _: u32, _: impl Fn(usize) -> V) {}
 }
 
 /// The derivative along one direction of parameter space: (∂F/∂q)·q̇, WH94 eq. 2.
@@ -151,10 +151,10 @@ impl<const B: usize> Sink<f64, B> for Directional<'_, B> {
         self.rates.get(uniform as usize).is_some_and(|r| *r != 0.0)
     }
     #[inline(always)]
-    fn add(&mut self, uniform: u32, contribution: &[f64; B]) {
+    fn add(&mut self, uniform: u32, contribution: impl Fn(usize) -> f64) {
         let r = self.rates[uniform as usize];
         for j in 0..B {
-            self.total[j] += r * contribution[j];
+            self.total[j] += r * contribution(j);
         }
     }
 }
@@ -166,6 +166,8 @@ pub(crate) const NO_ROW: u32 = u32::MAX;
 pub(crate) struct Full<'a, V, const B: usize> {
     pub row_of: &'a [u32],
     pub rows: &'a mut [[V; B]],
+    /// Which rows hold anything yet in this block: clearing these is cheaper than clearing the rows.
+    pub touched: &'a mut [bool],
 }
 
 impl<V: Scalar, const B: usize> Sink<V, B> for Full<'_, V, B> {
@@ -174,10 +176,15 @@ impl<V: Scalar, const B: usize> Sink<V, B> for Full<'_, V, B> {
         self.row_of.get(uniform as usize).is_some_and(|r| *r != NO_ROW)
     }
     #[inline(always)]
-    fn add(&mut self, uniform: u32, contribution: &[V; B]) {
-        let row = &mut self.rows[self.row_of[uniform as usize] as usize];
-        for j in 0..B {
-            row[j] = row[j] + contribution[j];
+    fn add(&mut self, uniform: u32, contribution: impl Fn(usize) -> V) {
+        let row = self.row_of[uniform as usize] as usize;
+        let target = &mut self.rows[row];
+        if std::mem::replace(&mut self.touched[row], true) {
+            for j in 0..B {
+                target[j] = target[j] + contribution(j);
+            }
+        } else {
+            map::<V, B>(target, contribution);
         }
     }
 }
@@ -199,7 +206,8 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
             Code::Input => {}
             Code::Uniform => {
                 if sink.wants(a) {
-                    sink.add(a, &adjoints[back.adjoint as usize]);
+                    let g = &adjoints[back.adjoint as usize];
+                    sink.add(a, |j| g[j]);
                 }
             }
             Code::Op(op, Mode::Slots) => {
@@ -226,8 +234,7 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                         if const { $op.arity() == 2 && !is_flat($op, 0) } {
                             if sink.wants(b) {
                                 let g = &adjoints[back.adjoint as usize];
-                                let add = std::array::from_fn(|j| pull($op, 1, g[j], va[j], vb, r[j]));
-                                sink.add(b, &add);
+                                sink.add(b, |j| pull($op, 1, g[j], va[j], vb, r[j]));
                             }
                             operand::<V, B>(back, 0, adjoints, |g, j| pull($op, 0, g, va[j], vb, r[j]));
                         }
@@ -242,8 +249,7 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                         if const { $op.arity() == 2 && !$op.commutes() && !is_flat($op, 0) } {
                             if sink.wants(a) {
                                 let g = &adjoints[back.adjoint as usize];
-                                let add = std::array::from_fn(|j| pull($op, 0, g[j], va, vb[j], r[j]));
-                                sink.add(a, &add);
+                                sink.add(a, |j| pull($op, 0, g[j], va, vb[j], r[j]));
                             }
                             operand::<V, B>(back, 1, adjoints, |g, j| pull($op, 1, g, va, vb[j], r[j]));
                         }
@@ -282,21 +288,18 @@ fn operand<V: Scalar, const B: usize>(
 pub(crate) fn reverse_uniforms<V: Scalar, const B: usize>(
     program: &[Uniform],
     values: &[V],
-    row_of: &[u32],
-    rows: &mut [[V; B]],
+    sink: &mut Full<'_, V, B>,
 ) {
     for i in (0..program.len()).rev() {
-        let (Uniform::Op(op, args), true) = (program[i], row_of[i] != NO_ROW) else { continue };
-        let g = rows[row_of[i] as usize];
+        let Uniform::Op(op, args) = program[i] else { continue };
+        if !sink.wants(i as u32) || !sink.touched[sink.row_of[i] as usize] {
+            continue;
+        }
+        let g = sink.rows[sink.row_of[i] as usize];
         let [a, b, _] = args.map(|s| values[s as usize]);
-        for k in 0..op.arity() {
-            let row = row_of[args[k] as usize];
-            if row == NO_ROW || is_flat(op, k) {
-                continue;
-            }
-            let row = &mut rows[row as usize];
-            for j in 0..B {
-                row[j] = row[j] + pull(op, k, g[j], a, b, values[i]);
+        for k in (0..op.arity()).filter(|&k| !is_flat(op, k)) {
+            if sink.wants(args[k]) {
+                sink.add(args[k], |j| pull(op, k, g[j], a, b, values[i]));
             }
         }
     }

@@ -107,12 +107,20 @@ pub(crate) struct Rows<'a> {
     pub count: usize,
     /// (column of the result, row) for each free parameter that F depends on.
     pub columns: Vec<(usize, usize)>,
+    /// Columns of free parameters that F does not depend on.
+    pub absent: Vec<usize>,
 }
 
 impl<'a> Rows<'a> {
     /// `column_of[p]` is the column of parameter p in the result, or `None` if it is frozen.
     pub(crate) fn new(uniforms: &'a UniformProgram, column_of: &[Option<usize>]) -> Self {
-        let mut rows = Rows { program: &uniforms.list, row_of: Vec::new(), count: 0, columns: Vec::new() };
+        let mut rows = Rows {
+            program: &uniforms.list,
+            row_of: Vec::new(),
+            count: 0,
+            columns: Vec::new(),
+            absent: Vec::new(),
+        };
         for u in &uniforms.list {
             let active = match *u {
                 Uniform::Const(_) => false,
@@ -127,6 +135,9 @@ impl<'a> Rows<'a> {
             rows.row_of.push(if active { rows.count as u32 } else { NO_ROW });
             rows.count += usize::from(active);
         }
+        rows.columns.sort_unstable();
+        let present = |column: &usize| rows.columns.binary_search_by_key(column, |c| c.0).is_ok();
+        rows.absent = column_of.iter().flatten().copied().filter(|c| !present(c)).collect();
         rows
     }
 }
@@ -172,6 +183,7 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
         let (inputs, blocks) = blocks.split_at_mut(MAX_AXES + batch.leaves);
         let (registers, rest) = blocks.split_at_mut(program.values);
         let (adjoints, table) = rest.split_at_mut(program.adjoints);
+        let mut touched = vec![false; table.len()];
         let total = batch.len();
         let mut start = 0;
         while start < total {
@@ -191,25 +203,44 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
                     rate[start..start + n].copy_from_slice(&sink.total[..n]);
                 }
                 Want::Parameters { x, leaves, rows, q } if Q => {
-                    table.fill([0.0; B]);
-                    let mut sink = Full { row_of: &rows.row_of, rows: table };
+                    touched.fill(false);
+                    let mut sink = Full { row_of: &rows.row_of, rows: &mut *table, touched: &mut touched };
                     reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut sink);
+                    reverse_uniforms::<f64, B>(rows.program, uniforms, &mut sink);
                     scatter(program, adjoints, batch.axes, (start, n), x, leaves);
-                    reverse_uniforms::<f64, B>(rows.program, uniforms, &rows.row_of, table);
-                    // In tiles, so that each cache line is written whole.
-                    for tile in rows.columns.chunks(8) {
-                        for j in 0..n {
-                            let at = (start + j) * q.stride;
-                            let line = &mut q.data[at..at + q.stride];
-                            for &(column, row) in tile {
-                                line[column] = table[row][j];
-                            }
+                    for &(_, row) in &rows.columns {
+                        if !touched[row] {
+                            table[row] = [0.0; B];
                         }
                     }
+                    scatter_parameters(rows, table, (start, n), q);
                 }
                 _ => {}
             }
             start += n;
+        }
+    }
+}
+
+/// Writes the rows of adjoints, in tiles, so that each cache line is written whole.
+#[inline(always)]
+fn scatter_parameters<const B: usize>(
+    rows: &Rows,
+    table: &[[f64; B]],
+    (start, n): (usize, usize),
+    q: &mut Columns<'_>,
+) {
+    let target = &mut q.data[start * q.stride..(start + n) * q.stride];
+    for tile in rows.columns.chunks(8) {
+        for (j, line) in target.chunks_exact_mut(q.stride).enumerate() {
+            for &(column, row) in tile {
+                line[column] = table[row][j];
+            }
+        }
+    }
+    for &column in &rows.absent {
+        for line in target.chunks_exact_mut(q.stride) {
+            line[column] = 0.0;
         }
     }
 }

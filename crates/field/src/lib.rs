@@ -18,6 +18,10 @@ mod regions;
 pub mod scalar;
 pub mod surface;
 mod tape;
+#[cfg(feature = "testkit")]
+pub mod testkit;
+#[cfg(any(test, feature = "testkit"))]
+pub mod testkit;
 pub mod text;
 pub mod vm;
 pub use dual::Dual;

@@ -327,7 +327,6 @@ impl Field {
                 let want = match (rate, q, &rates, &rows) {
                     (Some(rate), _, Some(rates), _) => Want::Rate { x, leaves, rates, rate },
                     (_, Some(data), _, Some(rows)) => {
-                        data.fill(0.0);
                         Want::Parameters { x, leaves, rows, q: Columns { data, stride: m } }
                     }
                     _ => Want::Gradient { x, leaves },

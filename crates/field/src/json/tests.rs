@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::FieldError;
-use crate::model::tests::{Ball, grown, model, one_of_each, value};
+use crate::model::tests::samples::{Ball, grown, model, one_of_each, value};
 use crate::model::{Callback, Value};
 
 fn ball(name: &str) -> Option<Arc<dyn Callback>> {
@@ -153,15 +153,24 @@ fn functions_are_given_by_name() {
     assert!(from_json(&text).unwrap_err().to_string().contains("not given: ball; pass them by name"));
 }
 
+/// What stands in docs/ is what the table says.
+fn current(name: &str, text: String) {
+    let path = format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR"));
+    assert!(
+        std::fs::read_to_string(path).unwrap_or_default() == text,
+        "docs/{name} is not what the table of kinds says; write it again with \
+         `cargo run -p isoswarm-field --example reference`"
+    );
+}
+
 #[test]
 fn the_published_schema_is_current() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/iso.schema.json");
-    let published = std::fs::read_to_string(path).unwrap_or_default();
-    assert!(
-        published == schema(),
-        "docs/iso.schema.json is not what the table says; write it again with \
-         `cargo run -p isoswarm-field --example schema > docs/iso.schema.json`"
-    );
+    current("iso.schema.json", schema());
+}
+
+#[test]
+fn the_published_reference_is_current() {
+    current("kinds.md", crate::model::kinds::kinds_markdown());
 }
 
 proptest! {

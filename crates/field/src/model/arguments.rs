@@ -36,7 +36,8 @@ impl Value {
     }
 }
 
-/// The value of a formula without coordinates and parameters, such as 2*pi.
+/// The value of a formula without coordinates and parameters, such as 2*pi. Long ones stay formulas, so that
+/// many that build on each other take no longer than reading them.
 pub(super) fn closed_value(m: &Model) -> Option<f64> {
     let mut seen = rustc_hash::FxHashSet::default();
     let mut rest = vec![m];
@@ -46,6 +47,9 @@ pub(super) fn closed_value(m: &Model) -> Option<f64> {
         }
         if seen.insert(m.id()) {
             rest.extend(m.operands());
+        }
+        if seen.len() > 200 {
+            return None;
         }
     }
     let lowered = m.lower().ok()?;

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::FieldError;
-use crate::model::tests::{grown, one_of_each, value};
+use crate::model::tests::samples::{grown, one_of_each, value};
 use crate::model::{Layout, Model, kinds};
 
 fn eval(text: &str) -> f64 {

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::model::tests::{grown, model, value};
+use crate::model::tests::samples::{grown, model, value};
 
 #[test]
 fn a_tape_has_the_values_of_its_last_line() {
@@ -117,7 +117,7 @@ fn a_model_becomes_a_tape_of_its_present_values() {
         assert!((f - g).abs() < 1e-12 * (1.0 + f.abs()), "{f} against {g} at {p:?}");
     }
     assert!(Program::of(&model("stack(x, y)")).unwrap_err().to_string().contains("one result"));
-    let f = Model::function(std::sync::Arc::new(crate::model::tests::Ball)).unwrap();
+    let f = Model::function(std::sync::Arc::new(crate::model::tests::samples::Ball)).unwrap();
     assert!(Program::of(&f).unwrap_err().to_string().contains("the function ball"));
     assert!(Program::of(&model("x + 1/0")).unwrap_err().to_string().contains("inf everywhere"));
 }

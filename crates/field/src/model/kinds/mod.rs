@@ -8,6 +8,7 @@ mod deformations;
 mod formulas;
 mod lattices;
 mod polynomials;
+mod reference;
 mod shapes;
 
 use std::sync::LazyLock;
@@ -16,6 +17,7 @@ use rustc_hash::FxHashMap;
 
 pub use super::arguments::{MAX_DEGREE, coefficient_exponents, coefficient_name, monomials};
 use super::kind::Kind;
+pub use reference::kinds_markdown;
 
 static TABLE: LazyLock<Vec<Kind>> = LazyLock::new(|| {
     let parts: [&[Kind]; 9] = [

@@ -65,7 +65,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "box",
         doc: "A box with full side lengths x, y and z: box(2, 1, 1) reaches from −1 to 1 along x. Exact distance.",
-        formula: "q = |p| − (x, y, z)/2; |max(q, 0)| outside, max(qx, qy, qz) inside",
+        formula: "|max(q, 0)| outside, max(qx, qy, qz) inside; q = |p| − (x, y, z)/2",
         params: &[
             ParamSpec::length("x", 1.0, "Full side length along x."),
             ParamSpec::length("y", 1.0, "Full side length along y."),
@@ -80,7 +80,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "rounded_box",
         doc: "A box with full side lengths x, y and z whose edges are rounded with radius r. Exact distance.",
-        formula: "q = |p| − (x, y, z)/2 + r; box(q) − r",
+        formula: "|max(q, 0)| − r outside, max(qx, qy, qz) − r inside; q = |p| − (x, y, z)/2 + r",
         params: &[
             ParamSpec::length("x", 1.0, "Full side length along x."),
             ParamSpec::length("y", 1.0, "Full side length along y."),
@@ -120,7 +120,7 @@ pub const KINDS: &[Kind] = &[
     Kind {
         name: "cylinder",
         doc: "A capped cylinder along z, centred at the origin. Exact distance.",
-        formula: "q = (|(x, y)| − r, |z| − h/2); |max(q, 0)| outside, max(q) inside",
+        formula: "|max(q, 0)| outside, max(qr, qz) inside; q = (|(x, y)| − r, |z| − h/2)",
         params: &[ParamSpec::length("r", 1.0, "Radius."), ParamSpec::length("h", 2.0, "Full height.")],
         build: |l, c| {
             let g = &mut l.graph;
