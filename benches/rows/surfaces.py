@@ -29,8 +29,7 @@ def field(blobs: fields.Blobs) -> tuple:
     """isoswarm's field with the same formula as the peers' grid, and its bounds."""
     import isoswarm as iso
 
-    made = iso.blobs(blobs.centers, blobs.radii, bias=blobs.iso, blobbiness=blobs.k)
-    return made, blobs.bounds()
+    return iso.gaussians(blobs.centers, blobs.radii, blobs.iso, blobs.k), blobs.bounds()
 
 
 def cases() -> list[Case]:

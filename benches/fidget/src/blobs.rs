@@ -1,6 +1,6 @@
 //! F = -log(sum over blobs of exp(-k (|x - c| - r))) / k: every parameter matters at every point.
 
-use crate::timing::{Uniform, median};
+use crate::timing::{Uniform, fastest};
 use fidget::context::{Context, Node};
 use fidget::eval::{BulkEvaluator, Function, MathFunction};
 use fidget::jit::JitFunction;
@@ -69,7 +69,7 @@ pub fn fidget(blobs: &[Blob], points: &[[f64; 3]], batch: usize, runs: usize) ->
     }
     let mut error = 0f64;
     let mut fq = vec![0f32; batch * q.len()];
-    let seconds = median(runs, || {
+    let seconds = fastest(runs, || {
         for chunk in points.chunks_exact(batch) {
             for (a, &axis) in axes.iter().enumerate() {
                 for (slot, p) in inputs[axis].iter_mut().zip(chunk) {

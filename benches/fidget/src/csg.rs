@@ -1,6 +1,6 @@
 //! F and ∂F/∂x at points on the surface of a model with many minima and maxima.
 
-use crate::timing::{Uniform, median};
+use crate::timing::{Uniform, fastest};
 use fidget::context::Context;
 use fidget::eval::{BulkEvaluator, Function, MathFunction, TracingEvaluator};
 use fidget::jit::JitFunction;
@@ -106,7 +106,7 @@ impl Model {
         let mut evaluate = JitFunction::new_grad_slice_eval();
         let mut out = vec![Grad::from(0.0); points.len()];
         let mut inputs = vec![Vec::new(); self.function.vars().len()];
-        median(runs, || {
+        fastest(runs, || {
             for (chunk, out) in points.chunks(512).zip(out.chunks_mut(512)) {
                 self.fill(&mut inputs, chunk);
                 out.copy_from_slice(&evaluate.eval(&tape, &inputs).expect("all inputs are given")[0]);
@@ -126,7 +126,7 @@ impl Model {
         let mut out = vec![Grad::from(0.0); points.len()];
         let mut length = 0.0;
         let mut run = Run::new(self, points, &mut out);
-        let seconds = median(runs, || {
+        let seconds = fastest(runs, || {
             run.length = 0;
             let tape = run.model.function.interval_tape(Default::default());
             match descent {

@@ -5,16 +5,18 @@
 
 mod blobs;
 mod csg;
+mod ours;
 mod part;
 mod timing;
 
 use csg::{Descent, Model, Region};
 use serde_json::{Value, json};
 
-const RUNS: usize = 5;
+const RUNS: usize = 15;
 const POINTS: usize = 100_000;
 
 fn main() {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first pool");
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match arguments.first().map(String::as_str) {
         Some("part") => print_part(),
@@ -42,7 +44,10 @@ fn gradients() -> Value {
     let best = [8, 32, 64, 128].map(|batch| (batch, blobs::fidget(&blobs, &points, batch, 3)));
     let (batch, (seconds, error)) =
         best.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).expect("four batch sizes");
-    json!({ "m": 1000, "fidget": { "us_per_point": 1e6 * seconds, "batch": batch, "max_error_Fq": error } })
+    let many = blobs::points(4096);
+    let best = [16, 64, 256, 1024].map(|batch| (batch, ours::blobs(&blobs, &many, batch, RUNS)));
+    let ours = best.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).expect("four batch sizes");
+    json!({ "m": 1000, "isoswarm": { "us_per_point": 1e6 * ours.1.0, "batch": ours.0, "max_error_Fq": ours.1.1 }, "fidget": { "us_per_point": 1e6 * seconds, "batch": batch, "max_error_Fq": error } })
 }
 
 fn csg(arguments: &[String]) -> Value {
@@ -60,9 +65,16 @@ fn csg(arguments: &[String]) -> Value {
     let (operations, choices) = csg::count(&text);
     let micro = |seconds: f64| 1e6 * seconds / POINTS as f64;
     let whole = micro(model.whole(&points, RUNS));
-    let mut simplified = Vec::new();
+    let ours = ours::Model::new(&text);
+    let (mut simplified, mut pruned) = (Vec::new(), Vec::new());
     for most in [64, 128, 256, 512, 1024] {
         let tree = Region::octree(&mut points, most);
+        let wide: Vec<[f64; 3]> = points.iter().map(|p| p.map(f64::from)).collect();
+        let run = ours.pruned(&wide, most, RUNS);
+        pruned.push(json!({
+            "most": most, "leaves": run.regions.0, "us_per_point": micro(run.seconds.0),
+            "build_us_per_point": micro(run.seconds.1), "mean_length": run.regions.1, "max_difference": run.difference,
+        }));
         for descent in [Descent::Leaves, Descent::Tree] {
             let (seconds, length, difference) = model.simplified(&points, &tree, descent, RUNS);
             simplified.push(json!({
@@ -71,8 +83,12 @@ fn csg(arguments: &[String]) -> Value {
             }));
         }
     }
+    let wide: Vec<[f64; 3]> = points.iter().map(|p| p.map(f64::from)).collect();
+    let own = json!({
+        "size": ours.operations(), "whole_us_per_point": micro(ours.whole(&wide, RUNS)), "pruned": pruned,
+    });
     json!({
-        "operations": operations, "min_max": choices, "points": POINTS,
+        "isoswarm": own, "operations": operations, "min_max": choices, "points": POINTS,
         "fidget": { "size": model.size(), "whole_us_per_point": whole, "simplified": simplified },
     })
 }
