@@ -28,6 +28,30 @@ pub struct ParamInfo {
     pub unit: &'static str,
 }
 
+/// Paths in use.
+#[derive(Default)]
+struct Names {
+    used: FxHashSet<String>,
+    /// The last number given to a stem.
+    numbers: FxHashMap<String, usize>,
+}
+
+impl Names {
+    /// The stem, or with the next free of `_2`, `_3`, ….
+    fn unique(&mut self, stem: String) -> String {
+        let mut name = stem.clone();
+        if self.used.contains(&stem) {
+            let number = self.numbers.entry(stem.clone()).or_insert(1);
+            while self.used.contains(&name) {
+                *number += 1;
+                name = format!("{stem}_{number}");
+            }
+        }
+        self.used.insert(name.clone());
+        name
+    }
+}
+
 /// The number of each node's first parameter.
 pub(crate) struct Places {
     first: FxHashMap<usize, usize>,
@@ -38,12 +62,11 @@ impl Places {
     /// Numbers all parameters: a node's own, then those of what hangs below, each node at its first visit.
     pub fn of(model: &Model) -> Self {
         let mut this = Self { first: FxHashMap::default(), params: Vec::new() };
-        let mut used = FxHashSet::default();
-        this.visit(model, "", &mut used);
+        this.visit(model, "", &mut Names::default());
         this
     }
 
-    fn visit(&mut self, model: &Model, above: &str, used: &mut FxHashSet<String>) {
+    fn visit(&mut self, model: &Model, above: &str, names: &mut Names) {
         if self.first.contains_key(&model.id()) {
             return;
         }
@@ -53,11 +76,7 @@ impl Places {
         if model.params().iter().any(|p| p.expr.is_none()) {
             let stem =
                 if free_standing { model.params()[0].name.to_string() } else { format!("{above}{own}") };
-            let unique = std::iter::once(stem.clone())
-                .chain((2..).map(|k| format!("{stem}_{k}")))
-                .find(|s| !used.contains(s))
-                .expect("the numbers do not end");
-            used.insert(unique.clone());
+            let unique = names.unique(stem);
             for (i, p) in model.params().iter().enumerate().filter(|(_, p)| p.expr.is_none()) {
                 let spec = model.kind().spec(i);
                 self.params.push(ParamInfo {
@@ -74,7 +93,7 @@ impl Places {
         let inner = model.name().map(|n| format!("{above}{n}/"));
         let above = inner.as_deref().unwrap_or(above);
         for m in model.below() {
-            guarded(|| self.visit(m, above, used));
+            guarded(|| self.visit(m, above, names));
         }
     }
 

@@ -16,7 +16,7 @@ impl std::fmt::Display for Token<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Token::Number(v) => write!(f, "the number {v}"),
-            Token::Name(n) => write!(f, "`{n}`"),
+            Token::Name(n) => write!(f, "`{}`", short(n)),
             Token::Sign(s) => write!(f, "`{s}`"),
             Token::End => write!(f, "the end of the text"),
         }
@@ -41,6 +41,11 @@ pub(super) fn error_at(text: &str, at: usize, reason: impl Into<String>) -> Fiel
         position: text[..at].chars().count(),
         excerpt: format!("\n    {line}\n    {caret}^"),
     }
+}
+
+/// The beginning of a name, for messages.
+pub(super) fn short(name: &str) -> &str {
+    name.char_indices().nth(60).map_or(name, |(i, _)| &name[..i])
 }
 
 fn is_name(c: char) -> bool {

@@ -2,7 +2,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::lexer::{Token, error_at, is_identifier, tokens};
+use super::lexer::{Token, error_at, is_identifier, short, tokens};
 use super::suggestion;
 use crate::FieldError;
 use crate::model::{Category, Model, PayloadKind, Value, kind, kinds};
@@ -340,6 +340,7 @@ impl<'a> Parser<'a> {
         let names = self.bindings.keys().chain(self.parameters.keys()).map(String::as_str);
         let known = names.chain(["x", "y", "z"]).chain(CONSTANTS.iter().map(|c| c.0));
         let hint = suggestion(name, known);
+        let name = short(name);
         Err(FieldError::Invalid(if hint.is_empty() {
             format!("unknown name `{name}`; if it is a parameter, give its value: {name}=1")
         } else {
@@ -351,7 +352,8 @@ impl<'a> Parser<'a> {
     fn call(&mut self, name: &'a str, at: usize) -> Result<Model, FieldError> {
         let Some(k) = kind(name) else {
             let known = kinds().iter().filter(|k| k.category != Category::Atom).map(|k| k.name);
-            let mut reason = format!("there is no shape or function `{name}`{}", suggestion(name, known));
+            let shown = short(name);
+            let mut reason = format!("there is no shape or function `{shown}`{}", suggestion(name, known));
             if self.parameters.contains_key(name) || self.bindings.contains_key(name) || name.len() == 1 {
                 reason.push_str(&format!("; to multiply write {name}*(…)"));
             }

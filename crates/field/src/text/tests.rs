@@ -154,6 +154,8 @@ fn depth_and_length_are_bounded() {
     assert!(parse(&format!("{}x{}", "(".repeat(190), ")".repeat(190)), &[]).is_ok());
     let long = " ".repeat(MAX_TEXT + 1);
     assert!(matches!(parse(&long, &[]), Err(FieldError::TooLarge(_))));
+    let e = parse(&"q".repeat(MAX_TEXT), &[]).unwrap_err().to_string();
+    assert!(e.len() < 400, "a long name is shortened in the message");
     // A megabyte of sums is one node with many operands.
     let sum = "x+".repeat(MAX_TEXT / 2 - 1) + "x";
     assert_eq!(parse(&sum, &[]).unwrap().depth(), 2);

@@ -10,12 +10,13 @@ const WIDTH: ParamSpec = ParamSpec::length("k", 0.1, "Width of the blend.");
 
 /// −k ln Σ exp(−fᵢ/k), with the smallest f taken out of the exponentials so that they never overflow.
 fn soft_min(g: &mut Graph, terms: &[Node], k: Node) -> Node {
-    let least = g.min_all(terms);
+    let (least, one) = (g.min_all(terms), g.constant(1.0));
+    let rate = g.div(one, k);
     let parts: Vec<Node> = terms
         .iter()
         .map(|&f| {
             let d = g.sub(least, f);
-            let u = g.div(d, k);
+            let u = g.mul(d, rate);
             g.exp(u)
         })
         .collect();

@@ -43,11 +43,17 @@ fn squared_distance_to_segment(g: &mut Graph, at: [Node; 3], a: &[Node], b: &[No
     g.dot(&d, &d)
 }
 
+/// k/r²: once a model, not once a point.
+fn rate(g: &mut Graph, k: Node, r: Node) -> Node {
+    let r2 = g.square(r);
+    g.div(k, r2)
+}
+
 /// exp(−d²/r²)
 fn bump(g: &mut Graph, d2: Node, r: Node) -> Node {
-    let r2 = g.square(r);
-    let u = g.div(d2, r2);
-    let u = g.neg(u);
+    let minus = g.constant(-1.0);
+    let rate = rate(g, minus, r);
+    let u = g.mul(d2, rate);
     g.exp(u)
 }
 
@@ -113,8 +119,8 @@ pub const KINDS: &[Kind] = &[
             let terms: Vec<Node> = c.p[1..]
                 .chunks(4)
                 .map(|q| {
-                    let (d2, r2) = (squared_distance(g, c.at, q), g.square(q[3]));
-                    let u = g.div(d2, r2);
+                    let (d2, rate) = (squared_distance(g, c.at, q), rate(g, one, q[3]));
+                    let u = g.mul(d2, rate);
                     let u = g.sub(one, u);
                     let u = g.max(u, zero);
                     g.pow(u, three)
@@ -138,14 +144,12 @@ pub const KINDS: &[Kind] = &[
         group: BALL,
         build: |l, c| {
             let g = &mut l.graph;
-            let one = g.constant(1.0);
             let terms: Vec<Node> = c.p[2..]
                 .chunks(4)
                 .map(|q| {
-                    let (d2, r2) = (squared_distance(g, c.at, q), g.square(q[3]));
-                    let u = g.div(d2, r2);
-                    let u = g.sub(one, u);
-                    let u = g.mul(c.p[1], u);
+                    let (d2, rate) = (squared_distance(g, c.at, q), rate(g, c.p[1], q[3]));
+                    let u = g.mul(d2, rate);
+                    let u = g.sub(c.p[1], u);
                     g.exp(u)
                 })
                 .collect();

@@ -157,7 +157,9 @@ pub const KINDS: &[Kind] = &[
         formula: "s f(p/s)",
         params: &[ParamSpec::length("s", 1.0, "Factor.")],
         build: |l, c| {
-            let at = c.at.map(|v| l.graph.div(v, c.p[0]));
+            let one = l.graph.constant(1.0);
+            let inverse = l.graph.div(one, c.p[0]);
+            let at = c.at.map(|v| l.graph.mul(v, inverse));
             let f = l.moved(c, at)?;
             Ok(l.graph.mul(c.p[0], f))
         },

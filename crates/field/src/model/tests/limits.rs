@@ -70,3 +70,13 @@ fn sharing_without_moves_costs_nothing() {
     assert!(m.lower().unwrap().graph.len() < 3000);
     assert!(m.to_text().unwrap().len() < 100_000);
 }
+
+#[test]
+fn many_equal_parts_have_paths_of_their_own() {
+    let m = model(&vec!["sphere()"; 20_000].join("|"));
+    let params = m.parameters();
+    assert_eq!(params[19_999].path, "sphere_20000/r");
+    assert_eq!(m.lower().unwrap().params.len(), 20_000);
+    let edited = m.with_value("sphere_777/r", 2.0).unwrap();
+    assert_eq!(edited.parameters()[776].value, 2.0);
+}
