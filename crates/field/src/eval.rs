@@ -85,7 +85,7 @@ pub(crate) fn forward<V: Scalar, const B: usize>(
                 let b = program.uniform(uniforms, step.args[1]);
                 macro_rules! run {
                     ($op:expr) => {
-                        if const { $op.arity() == 2 } {
+                        if const { $op.takes_uniform_second() } {
                             if let Ok([out, a]) = registers.get_disjoint_mut([out, a]) {
                                 map::<V, B>(out, |j| apply($op, a[j], b, b));
                             }
@@ -98,7 +98,7 @@ pub(crate) fn forward<V: Scalar, const B: usize>(
                 let a = program.uniform(uniforms, step.args[0]);
                 macro_rules! run {
                     ($op:expr) => {
-                        if const { $op.arity() == 2 && !$op.commutes() } {
+                        if const { $op.takes_uniform_first() } {
                             if let Ok([out, b]) = registers.get_disjoint_mut([out, b]) {
                                 map::<V, B>(out, |j| apply($op, a, b[j], b[j]));
                             }
@@ -215,13 +215,19 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                 macro_rules! run {
                     ($op:expr) => {{
                         if const { $op.arity() == 3 } {
-                            operand::<V, B>(back, 2, adjoints, |g, j| pull($op, 2, g, va[j], vb[j], r[j]));
+                            operand::<V, B, { $op.is_slow() }>(back, 2, adjoints, |g, j| {
+                                pull($op, 2, g, va[j], vb[j], r[j])
+                            });
                         }
                         if const { $op.arity() >= 2 && !is_flat($op, 1) } {
-                            operand::<V, B>(back, 1, adjoints, |g, j| pull($op, 1, g, va[j], vb[j], r[j]));
+                            operand::<V, B, { $op.is_slow() }>(back, 1, adjoints, |g, j| {
+                                pull($op, 1, g, va[j], vb[j], r[j])
+                            });
                         }
                         if const { !is_flat($op, 0) } {
-                            operand::<V, B>(back, 0, adjoints, |g, j| pull($op, 0, g, va[j], vb[j], r[j]));
+                            operand::<V, B, { $op.is_slow() }>(back, 0, adjoints, |g, j| {
+                                pull($op, 0, g, va[j], vb[j], r[j])
+                            });
                         }
                     }};
                 }
@@ -231,12 +237,14 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                 let (va, vb) = (&registers[a as usize], program.uniform(uniforms, b));
                 macro_rules! run {
                     ($op:expr) => {
-                        if const { $op.arity() == 2 && !is_flat($op, 0) } {
+                        if const { $op.takes_uniform_second() && !is_flat($op, 0) } {
                             if sink.wants(b) {
                                 let g = &adjoints[back.adjoint as usize];
                                 sink.add(b, |j| pull($op, 1, g[j], va[j], vb, r[j]));
                             }
-                            operand::<V, B>(back, 0, adjoints, |g, j| pull($op, 0, g, va[j], vb, r[j]));
+                            operand::<V, B, { $op.is_slow() }>(back, 0, adjoints, |g, j| {
+                                pull($op, 0, g, va[j], vb, r[j])
+                            });
                         }
                     };
                 }
@@ -246,12 +254,14 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                 let (va, vb) = (program.uniform(uniforms, a), &registers[b as usize]);
                 macro_rules! run {
                     ($op:expr) => {
-                        if const { $op.arity() == 2 && !$op.commutes() && !is_flat($op, 0) } {
+                        if const { $op.takes_uniform_first() && !is_flat($op, 0) } {
                             if sink.wants(a) {
                                 let g = &adjoints[back.adjoint as usize];
                                 sink.add(a, |j| pull($op, 0, g[j], va, vb[j], r[j]));
                             }
-                            operand::<V, B>(back, 1, adjoints, |g, j| pull($op, 1, g, va, vb[j], r[j]));
+                            operand::<V, B, { $op.is_slow() }>(back, 1, adjoints, |g, j| {
+                                pull($op, 1, g, va, vb[j], r[j])
+                            });
                         }
                     };
                 }
@@ -261,9 +271,9 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
     }
 }
 
-/// Writes or adds to the adjoint of operand `k`.
+/// Writes or adds to the adjoint of operand `k`. What is slow to compute is compiled once, not once for each.
 #[inline(always)]
-fn operand<V: Scalar, const B: usize>(
+fn operand<V: Scalar, const B: usize, const SLOW: bool>(
     back: &Back,
     k: usize,
     adjoints: &mut [[V; B]],
@@ -274,7 +284,17 @@ fn operand<V: Scalar, const B: usize>(
     }
     let pair = [back.adjoint as usize, back.adjoints[k] as usize];
     let Ok([g, target]) = adjoints.get_disjoint_mut(pair) else { return };
-    if back.fresh & (1 << k) != 0 {
+    let fresh = back.fresh & (1 << k) != 0;
+    if SLOW {
+        let mut sum = [V::from_f64(0.0); B];
+        map::<V, B>(&mut sum, |j| contribution(g[j], j));
+        if !fresh {
+            for j in 0..B {
+                sum[j] = target[j] + sum[j];
+            }
+        }
+        *target = sum;
+    } else if fresh {
         map::<V, B>(target, |j| contribution(g[j], j));
     } else {
         for j in 0..B {

@@ -18,8 +18,6 @@ mod regions;
 pub mod scalar;
 pub mod surface;
 mod tape;
-#[cfg(feature = "testkit")]
-pub mod testkit;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
 pub mod text;

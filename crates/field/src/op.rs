@@ -102,6 +102,24 @@ impl Op {
         }
     }
 
+    /// Whether an instruction may take its second operand from the uniforms, without a copy for each point.
+    pub const fn takes_uniform_second(self) -> bool {
+        matches!(
+            self,
+            Op::Add | Op::Sub | Op::Mul | Op::Div | Op::Min | Op::Max | Op::Pow | Op::Mod | Op::Less
+        )
+    }
+
+    /// The same for the first operand.
+    pub const fn takes_uniform_first(self) -> bool {
+        matches!(self, Op::Sub | Op::Div | Op::Less)
+    }
+
+    /// Whether the operation or its derivative takes far more than a memory access.
+    pub const fn is_slow(self) -> bool {
+        matches!(self, Op::Pow | Op::Atan2 | Op::Sin | Op::Cos | Op::Tan | Op::Asin | Op::Acos)
+    }
+
     /// Whether the operands may be exchanged.
     pub const fn commutes(self) -> bool {
         matches!(self, Op::Add | Op::Mul | Op::Min | Op::Max)

@@ -275,13 +275,13 @@ impl Pruner<'_> {
             _ => {}
         }
         match (n, a, b) {
-            (2, Operand::Uniform(u), Operand::Slot(s)) if !op.commutes() => {
+            (2, Operand::Uniform(u), Operand::Slot(s)) if op.takes_uniform_first() => {
                 self.push(Code::Op(op, Mode::UniformSlot), [u, s, s])
             }
-            (2, Operand::Uniform(u), Operand::Slot(s)) => {
+            (2, Operand::Uniform(u), Operand::Slot(s)) if op.commutes() => {
                 self.push(Code::Op(op, Mode::SlotUniform), [s, u, s])
             }
-            (2, _, Operand::Uniform(u)) => {
+            (2, _, Operand::Uniform(u)) if op.takes_uniform_second() => {
                 let s = self.slot(a);
                 self.push(Code::Op(op, Mode::SlotUniform), [s, u, s])
             }

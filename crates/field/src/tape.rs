@@ -221,17 +221,25 @@ impl<'a> Compiler<'a> {
                 let (a, b) = (place(self, nodes[0]), place(self, nodes[1]));
                 match (op.arity(), a, b) {
                     (1, Place::Slot(a), _) => Instr::new(Code::Op(op, Mode::Slots), [a; 3]),
-                    (2, Place::Slot(a), Place::Uniform(b)) => {
+                    (2, Place::Slot(a), Place::Uniform(b)) if op.takes_uniform_second() => {
                         Instr::new(Code::Op(op, Mode::SlotUniform), [a, b, a])
                     }
                     (2, Place::Uniform(a), Place::Slot(b)) if op.commutes() => {
                         Instr::new(Code::Op(op, Mode::SlotUniform), [b, a, b])
                     }
-                    (2, Place::Uniform(a), Place::Slot(b)) => {
+                    (2, Place::Uniform(a), Place::Slot(b)) if op.takes_uniform_first() => {
                         Instr::new(Code::Op(op, Mode::UniformSlot), [a, b, b])
                     }
                     (2, Place::Slot(a), Place::Slot(b)) => Instr::new(Code::Op(op, Mode::Slots), [a, b, a]),
-                    _ => Instr::new(Code::Op(op, Mode::Slots), nodes.map(|n| self.slot(n))),
+                    _ => {
+                        let mut args = [0; 3];
+                        for k in 0..op.arity() {
+                            args[k] = self.slot(nodes[k]);
+                        }
+                        let first = args[0];
+                        args[op.arity()..].fill(first);
+                        Instr::new(Code::Op(op, Mode::Slots), args)
+                    }
                 }
             }
             Expr::Const(_) | Expr::Param(_) => unreachable!("constants and parameters do not vary"),

@@ -105,9 +105,12 @@ pub fn rates_agree(field: &Field, points: &[[f64; 3]]) -> Outcome {
             let row = &all.q[(i * k + c) * m..][..m];
             let product: f64 = row.iter().zip(&q_dot).map(|(g, r)| g * r).sum();
             let size: f64 = free.iter().zip(&q_dot).map(|(&j, r)| s.parameter_sizes[j] * r.abs()).sum();
-            let (given, slack) = (all.rate[i * k + c], 32.0 * (s.operations + m) as f64 * f64::EPSILON * size);
+            let (given, slack) =
+                (all.rate[i * k + c], 32.0 * (s.operations + m) as f64 * f64::EPSILON * size);
             ensure((given - product).abs() <= slack, || {
-                format!("component {c} at {p:?}: the rate is {given:e}, the parameter gradient gives {product:e}")
+                format!(
+                    "component {c} at {p:?}: the rate is {given:e}, the parameter gradient gives {product:e}"
+                )
             })?;
             count += 1;
         }

@@ -151,7 +151,10 @@ pub fn hessian_differences(field: &Field, points: &[[f64; 3]]) -> Outcome {
                 };
                 let verdict = is_slope(one, 1.0, s.noise, &mut f);
                 count += judge(verdict, |x| {
-                    format!("component {c} at {:?}: d2F/dx{a}dx{b} is {one:e}, differences say {x:e}", points[i])
+                    format!(
+                        "component {c} at {:?}: d2F/dx{a}dx{b} is {one:e}, differences say {x:e}",
+                        points[i]
+                    )
                 })?;
             }
         }

@@ -50,14 +50,15 @@ impl fmt::Debug for Expression {
 
 /// The formula kinds that are one operation each: together all of [`Op::ALL`].
 const SINGLE: [&str; 26] = [
-    "add", "mul", "sub", "neg", "square", "min", "max", "abs", "sqrt", "div", "exp", "sin", "cos", "ln", "tan",
-    "asin", "acos", "atan", "floor", "ceil", "round", "pow", "atan2", "mod", "less", "where",
+    "add", "mul", "sub", "neg", "square", "min", "max", "abs", "sqrt", "div", "exp", "sin", "cos", "ln",
+    "tan", "asin", "acos", "atan", "floor", "ceil", "round", "pow", "atan2", "mod", "less", "where",
 ];
 
 /// Random formulas of up to `most` operations, among them every operation there is. Half of the operations that
 /// are not defined everywhere get operands for which they are.
 pub fn expressions(most: usize) -> impl Strategy<Value = Expression> {
-    steps(1..most + 1).prop_map(|steps| Expression { model: grow(&steps).expect("the recipe is a valid model") })
+    steps(1..most + 1)
+        .prop_map(|steps| Expression { model: grow(&steps).expect("the recipe is a valid model") })
 }
 
 fn grow(steps: &[Step]) -> Result<Model, FieldError> {
@@ -158,7 +159,10 @@ pub fn node(
         }
         PayloadKind::Program => {
             let (x, y) = (call("square", &[Model::axis(0)])?, Model::axis(1));
-            Payload::Program(Arc::new(vm::Program::of(&call("max", &[call("add", &[x, y])?, Model::axis(2)])?)?))
+            Payload::Program(Arc::new(vm::Program::of(&call(
+                "max",
+                &[call("add", &[x, y])?, Model::axis(2)],
+            )?)?))
         }
         PayloadKind::Callback => return Err(FieldError::Invalid("a function has no default".into())),
     };

@@ -82,7 +82,8 @@ impl All {
         let (k, d, m) = (field.components(), field.axes(), field.free().len());
         let n = flat.len() / d;
         let zeros = |width: usize| vec![0.0; n * k * width];
-        let mut a = All { value: zeros(1), gradient: zeros(d), q: zeros(m), rate: zeros(1), hessian: zeros(d * d) };
+        let mut a =
+            All { value: zeros(1), gradient: zeros(d), q: zeros(m), rate: zeros(1), hessian: zeros(d * d) };
         field.parameter_gradient(flat, &mut a.value, &mut a.gradient, &mut a.q)?;
         let (mut value, mut gradient) = (zeros(1), zeros(d));
         field.gradient_and_rate(flat, q_dot, &mut value, &mut gradient, &mut a.rate)?;

@@ -21,7 +21,7 @@ pub fn intervals_contain(field: &Field, at: &BoxAt, inside: &[[f64; 3]]) -> Outc
     let check = |what: &str, p: [f64; 3], range: &[Interval], numbers: &[f64]| -> Outcome {
         for (r, v) in range.iter().zip(numbers) {
             ensure(v.is_nan() || r.contains(*v), || {
-                format!("{what} at {p:?} is {numbers:e?}, not in {range:e?} over {b:?}")
+                format!("{what} at {p:?} is {numbers:?}, not in {range:?} over {b:?}")
             })?;
         }
         Ok(range.len())
@@ -95,7 +95,7 @@ pub fn pruning_keeps(field: &Field, points: &[[f64; 3]], margin: f64, tail: f64)
                     let same = v[i] == w[i] && g[i] == h[i] && alike(&s[i], &t[i]);
                     ensure(same, || {
                         let (whole, pruned) = ((v[i], g[i], s[i]), (w[i], h[i], t[i]));
-                        format!("{}: pruning turns {whole:e?} into {pruned:e?}", place())
+                        format!("{}: pruning turns {whole:?} into {pruned:?}", place())
                     })?;
                 } else {
                     let bound = tail * exps + 2.0 * sample.noise;

@@ -78,7 +78,9 @@ impl Reference {
             s.largest = s.largest.max(size[i]);
             match exprs[i] {
                 Expr::Const(_) => {}
-                Expr::Param(k) => (s.parameters[k as usize], s.parameter_sizes[k as usize]) = (adjoint[i], size[i]),
+                Expr::Param(k) => {
+                    (s.parameters[k as usize], s.parameter_sizes[k as usize]) = (adjoint[i], size[i])
+                }
                 Expr::Input(k) if (k as usize) < MAX_AXES.min(3) => {
                     (s.gradient[k as usize], s.gradient_size[k as usize]) = (adjoint[i], size[i]);
                 }
