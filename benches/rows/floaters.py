@@ -23,7 +23,7 @@ def step_rows(options: Options) -> list[Row]:
         runs = {}
         for steps in (2, 12):
             seconds, samples = timed(
-                lambda k=steps, s=start, m=n: iso.sample(field, n=m, bounds=bounds, start=s, steps=k), options.runs
+                options, lambda k=steps, s=start, m=n: iso.sample(field, n=m, bounds=bounds, start=s, steps=k)
             )
             runs[steps] = (seconds, samples.report.steps)
         (few, k0), (many, k1) = runs[2], runs[12]

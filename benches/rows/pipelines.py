@@ -24,7 +24,7 @@ def _compare(options: Options, blobs: fields.Blobs, n: int) -> list[Row]:
     import isoswarm as iso
 
     field, bounds = surfaces.field(blobs)
-    seconds, samples = timed(lambda: iso.sample(field, n=n, bounds=bounds), options.runs)
+    seconds, samples = timed(options, lambda: iso.sample(field, n=n, bounds=bounds))
     area = float(samples.areas.sum())
     ours = evenness(samples.points, area, samples.normals)
     options.log(f"{blobs.name} n={n}: isoswarm {seconds:.3f} s, {_short(ours)}")
@@ -41,9 +41,9 @@ def _compare(options: Options, blobs: fields.Blobs, n: int) -> list[Row]:
     cell = pipelines.hexagonal(area, n)
     for by, grid in (("NumPy", blobs.grid), ("isoswarm", by_isoswarm)):
         for cells in (CELLS, 1):
-            grid_time, (values, corner) = timed(lambda g=grid, c=cells: g(cell / c), options.runs)
+            grid_time, (values, corner) = timed(options, lambda g=grid, c=cells: g(cell / c))
             mesh_time, mesh = timed(
-                lambda v=values, k=corner, c=cells: pipelines.marching_cubes(v, k, cell / c), options.runs
+                options, lambda v=values, k=corner, c=cells: pipelines.marching_cubes(v, k, cell / c)
             )
             for name, sampler in pipelines.SAMPLERS.items():
                 entry = _sample(options, data, sampler, name, mesh, n, (by, cells))
@@ -71,7 +71,7 @@ def _sample(options: Options, data: dict, sampler, name: str, mesh, n: int, key:
         entry = dict(known[0]) | {"by": by}
     else:
         try:
-            seconds, points = timed(lambda: sampler(mesh, n), options.runs)
+            seconds, points = timed(options, lambda: sampler(mesh, n))
         except (ImportError, OSError, RuntimeError) as error:
             options.log(f"{name} did not run: {error}")
             return None

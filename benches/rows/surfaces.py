@@ -109,9 +109,11 @@ def component_rows(options: Options) -> list[Row]:
     options.log(f"components: wrong {wrong}, not certified {uncertain}")
     data = {"wrong": wrong, "uncertain": uncertain}
     rows = []
-    for what, count in (("found", len(regular) - len(wrong)), ("certified", len(regular) - len(wrong) - len(uncertain))):
+    found = len(regular) - len(wrong)
+    for what, count in (("found", found), ("certified", found - len(uncertain))):
         # Finding all of them is the first goal, certifying all of them the second.
         reach = 1.0 if what == "found" else 0.0
         text = f"{count} of {len(regular)}"
-        rows.append(Row(f"surfaces whose components are {what}", text, "", count / len(regular), "", reach, 1.0, data=data))
+        name = f"surfaces whose components are {what}"
+        rows.append(Row(name, text, "", count / len(regular), "", reach, 1.0, data=data))
     return rows
