@@ -8,7 +8,7 @@ use crate::constraint::{Target, project};
 use crate::curvature;
 use crate::metrics::{mean_nearest, of_census};
 use crate::options::Phase;
-use crate::population::{census, linear};
+use crate::population::census;
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
 use crate::seeding::Seeds;
@@ -48,7 +48,6 @@ impl Samples {
 pub(crate) fn finish(
     run: &mut Run<'_>,
     surface: &dyn Surface,
-    bounds: &Aabb,
     seeds: &Seeds<'_>,
     mut swarm: Swarm,
     unit: f64,
@@ -57,15 +56,23 @@ pub(crate) fn finish(
     run.tell(Phase::Finishing, 0.9, swarm.len());
     let walls = seeds.walls;
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
-    let target = Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 8 };
+    let target = Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
     let narrowed = surface.narrowed(&swarm.points, unit)?;
     // Points drop out of the projection, so the narrowed field only serves the measurement of the others.
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
     let max_error = left.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
     let on_bounds = swarm.points.par_iter().filter(|p| walls.touches(**p)).count();
-    let first = census(&swarm, &walls, unit);
-    let _ = linear;
+    let mut first = census(&swarm, &walls, unit);
+    let per_label = swarm.per_label();
+    for (cell, &l) in first.cells.iter_mut().zip(&swarm.label) {
+        // Alone on its component, as far as it sees: the component's area says more than the reach of its sight.
+        if cell.valence == 0 {
+            let known = seeds.label_area[l as usize] / f64::from(per_label[l as usize]);
+            first.area += known - cell.area;
+            cell.area = known;
+        }
+    }
     let curvatures =
         curvature::principal(narrowed.as_deref().unwrap_or(surface), &swarm, &first.lists, walls.axes);
     let evenness = of_census(&swarm, &first, walls.axes);
@@ -79,7 +86,6 @@ pub(crate) fn finish(
             components += 1;
         }
     }
-    let _ = bounds;
     run.tell(Phase::Finishing, 1.0, swarm.len());
     Ok(Samples {
         radii: first.cells.iter().map(|c| 0.5 * c.mean).collect(),

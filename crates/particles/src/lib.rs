@@ -20,6 +20,7 @@ pub mod rng;
 mod run;
 mod sample;
 mod seeding;
+mod sizing;
 mod stars;
 mod swarm;
 mod vector;

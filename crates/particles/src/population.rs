@@ -106,52 +106,65 @@ pub(crate) struct Turnover {
     pub(crate) nearest: f64,
 }
 
+/// Where floaters live and multiply.
+#[derive(Clone, Copy)]
+pub(crate) struct Habitat<'a> {
+    pub(crate) surface: &'a dyn Surface,
+    pub(crate) walls: &'a Walls,
+    /// Gradients up to this length count as zero.
+    pub(crate) least: f64,
+    /// Area (length, on curves) of each component, estimated.
+    pub(crate) label_area: &'a [f64],
+}
+
 /// Brings the swarm to `n` floaters (never below one a component), and moves floaters from where cells are small to
-/// where they are large. Children are set into the largest gap around their parent and projected.
+/// where they are large. Children are set into the largest gap around their parent and projected. `unit` is the
+/// linear size of a size-1 cell at present.
 pub(crate) fn balance(
     swarm: &mut Swarm,
-    surface: &dyn Surface,
+    habitat: &Habitat<'_>,
     count: &mut u64,
-    walls: &Walls,
-    least: f64,
     unit: f64,
     n: usize,
     rng: Rng,
 ) -> Result<Turnover, FieldError> {
-    let census = census(swarm, walls, unit);
+    let mut census = census(swarm, habitat.walls, unit);
     let now = swarm.len();
+    let mut per_label = swarm.per_label();
+    for i in 0..now {
+        // A floater that sees nobody has no cell to speak of; it shares its component with others out of sight.
+        let l = swarm.label[i] as usize;
+        if census.cells[i].valence == 0 {
+            census.cells[i].area = habitat.label_area[l] / f64::from(per_label[l]);
+        }
+    }
     let share = census.share * now as f64 / n as f64;
-    let (own, smooth) = sparseness(swarm, &census, share, walls.axes);
+    let (own, smooth) = sparseness(swarm, &census, share, habitat.walls.axes);
     let excess = |i: usize| smooth[i] - 1.0;
     let births0: f64 = (0..now).map(|i| excess(i).max(0.0)).sum();
     let deaths0: f64 = (0..now).map(|i| (-excess(i)).max(0.0)).sum();
     let mean = (0.5 * (births0 + deaths0 - now.abs_diff(n) as f64)).max(0.0).round() as usize;
-    let (mut births, mut deaths) = (mean, mean);
-    if n > now {
-        births += n - now
-    } else {
-        deaths += now - n
-    }
     let key = |i: usize, sign: f64, counter: u64| {
         sign * (excess(i) + 0.5 * (own[i] - smooth[i])) - rng.unit(2 * i as u64 + counter)
     };
     let mut alive = vec![true; now];
     let mut touched = vec![false; now];
-    let mut per_label = swarm.per_label();
-    let merged = crush(swarm, &census, unit, &mut alive, &mut per_label);
-    deaths = deaths.max(merged);
-    births = births.max((merged + n).saturating_sub(now));
+    let crushed = crush(swarm, &census, unit, &mut alive, &mut per_label);
+    let deaths = crushed.max(mean + now.saturating_sub(n));
     let mut done = Turnover {
-        deaths: merged,
+        deaths: crushed,
         share,
         nearest: crate::metrics::mean_nearest(&census),
         ..Turnover::default()
     };
     // Neighbours of one who died stay, unless there is no other way to the number that is asked for.
     for strict in [true, false] {
-        let order = ranked(now, |i| key(i, -1.0, 0));
-        for i in order {
-            if done.deaths == deaths {
+        if !strict && now - done.deaths <= n {
+            break;
+        }
+        let enough = if strict { deaths } else { now - n };
+        for i in ranked(now, |i| key(i, -1.0, 0)) {
+            if done.deaths >= enough {
                 break;
             }
             let label = swarm.label[i] as usize;
@@ -161,45 +174,91 @@ pub(crate) fn balance(
             alive[i] = false;
             per_label[label] -= 1;
             done.deaths += 1;
-            if strict {
-                touched[i] = true;
-                census.lists.of(i).iter().for_each(|&j| touched[j as usize] = true);
-            }
+            touched[i] = true;
+            census.lists.of(i).iter().for_each(|&j| touched[j as usize] = true);
         }
-        if done.deaths < deaths && strict && now > n {
-            continue;
-        }
-        break;
     }
-    births = births.min(n.saturating_sub(now - done.deaths));
-    let parents = choose_parents(swarm, &census, births, &alive, &mut touched, |i| key(i, 1.0, 1));
-    done.births = parents.len();
-    let mut points: Vec<V3> = parents
-        .iter()
-        .map(|&(i, again)| {
-            // The farthest corner of the parent's cell; a second child of one parent goes the other way.
-            let way = if again { -0.7 } else { 1.0 };
-            let place = add(swarm.points[i], scale(census.cells[i].corner, way));
-            // A little off, so that no two ever coincide and stay together.
-            walls.clamp(along(place, 0.05 * unit, rng.direction(i as u64, walls.axes)))
-        })
-        .collect();
-    let mut normals: Vec<V3> = parents.iter().map(|&(i, _)| swarm.normals[i]).collect();
-    let target = Target { tolerance: 1e-3 * unit, longest: unit, least, rounds: 6 };
-    project(surface, count, walls, &mut points, &mut normals, target)?;
+    let births = n.saturating_sub(now - done.deaths);
+    let order = ranked(now, |i| key(i, 1.0, 1));
+    let mut children = Children::default();
+    // Parents whose children find no room are passed over; when all are, room is no condition any more.
+    for round in 0..4 {
+        let missing = births - children.points.len();
+        if missing == 0 {
+            break;
+        }
+        let parents = choose_parents(&census, missing, &order, &alive, &mut touched, &mut children.times);
+        children.bear(swarm, &census, habitat, count, unit, &parents, rng, round < 3)?;
+    }
+    done.births = children.points.len();
     let survivors: Vec<u32> = (0..now as u32).filter(|&i| alive[i as usize]).collect();
     let (labels, sizes) = (swarm.label.clone(), swarm.size.clone());
     *swarm = swarm.pick(&survivors);
-    for (k, &(i, _)) in parents.iter().enumerate() {
-        swarm.push(points[k], normals[k], labels[i], sizes.get(i).copied());
+    for (k, &i) in children.parent.iter().enumerate() {
+        swarm.push(children.points[k], children.normals[k], labels[i], sizes.get(i).copied());
     }
     Ok(done)
 }
 
+/// Children that are being born.
+#[derive(Default)]
+struct Children {
+    points: Vec<V3>,
+    normals: Vec<V3>,
+    parent: Vec<usize>,
+    /// How often each floater has tried.
+    times: Vec<u8>,
+}
+
+impl Children {
+    fn bear(
+        &mut self,
+        swarm: &Swarm,
+        census: &Census,
+        habitat: &Habitat<'_>,
+        count: &mut u64,
+        unit: f64,
+        parents: &[usize],
+        rng: Rng,
+        room: bool,
+    ) -> Result<(), FieldError> {
+        let Habitat { surface, walls, least, .. } = *habitat;
+        let mut points: Vec<V3> = parents
+            .iter()
+            .map(|&i| {
+                // The farthest corner of the parent's cell; a second child of one parent goes the other way.
+                let way = if self.times[i] % 2 == 0 { -0.7 } else { 1.0 };
+                let place = add(swarm.points[i], scale(census.cells[i].corner, way));
+                // A little off, so that no two ever coincide and stay together.
+                walls.clamp(along(
+                    place,
+                    0.05 * unit,
+                    rng.child(u64::from(self.times[i])).direction(i as u64, walls.axes),
+                ))
+            })
+            .collect();
+        let mut normals: Vec<V3> = parents.iter().map(|&i| swarm.normals[i]).collect();
+        let target = Target { tolerance: 1e-3 * unit, longest: unit, least, rounds: 6 };
+        project(surface, count, walls, &mut points, &mut normals, target)?;
+        for (k, &i) in parents.iter().enumerate() {
+            let reach = OVERLAP * unit * swarm.size.get(i).copied().unwrap_or(1.0);
+            if room && distance(points[k], swarm.points[i]) < reach {
+                continue;
+            }
+            self.points.push(points[k]);
+            self.normals.push(normals[k]);
+            self.parent.push(i);
+        }
+        Ok(())
+    }
+}
+
+/// Two floaters closer than this part of the linear size of a cell are one too many.
+const OVERLAP: f64 = 0.35;
+
 /// Floaters on top of each other: the force between them vanishes with their distance, so that pressure (at the bounds
 /// above all) can hold them together. One of each pair dies. Gives how many.
 fn crush(swarm: &Swarm, census: &Census, unit: f64, alive: &mut [bool], per_label: &mut [u32]) -> usize {
-    const OVERLAP: f64 = 0.35;
     let mut dead = 0;
     for i in 0..swarm.len() {
         let reach = OVERLAP * unit * swarm.size.get(i).copied().unwrap_or(1.0);
@@ -230,30 +289,28 @@ fn ranked(n: usize, key: impl Fn(usize) -> f64 + Sync) -> Vec<usize> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Who splits, and whether for the second time; no two neighbours as long as there are others.
+/// Up to `births` floaters in the given order; no two neighbours and none at the bounds as long as there are others,
+/// none twice before all others have tried once.
 fn choose_parents(
-    swarm: &Swarm,
     census: &Census,
     births: usize,
+    order: &[usize],
     alive: &[bool],
     touched: &mut [bool],
-    key: impl Fn(usize) -> f64 + Sync,
-) -> Vec<(usize, bool)> {
-    if births == 0 {
-        return Vec::new();
-    }
-    let order = ranked(swarm.len(), key);
+    times: &mut Vec<u8>,
+) -> Vec<usize> {
+    times.resize(alive.len(), 0);
     let mut parents = Vec::with_capacity(births);
-    let mut times = vec![0u8; swarm.len()];
+    let fewest = (0..alive.len()).filter(|&i| alive[i]).map(|i| times[i]).min().unwrap_or(0);
     for round in 0..3 {
-        for &i in &order {
+        for &i in order {
             if parents.len() == births {
                 return parents;
             }
             let free = round > 0 || !(touched[i] || census.cells[i].clipped);
-            if alive[i] && times[i] == u8::from(round == 2) && free {
+            if alive[i] && times[i] == fewest + u8::from(round == 2) && free {
                 times[i] += 1;
-                parents.push((i, round == 2));
+                parents.push(i);
                 touched[i] = true;
                 census.lists.of(i).iter().for_each(|&j| touched[j as usize] = true);
             }
@@ -293,12 +350,11 @@ pub(crate) fn edges(swarm: &Swarm, walls: &Walls, unit: f64) -> Vec<(u32, u32)> 
 /// same order as before, so that what a coarse level has settled stays settled.
 pub(crate) fn refine(
     swarm: &mut Swarm,
-    surface: &dyn Surface,
+    habitat: &Habitat<'_>,
     count: &mut u64,
-    walls: &Walls,
-    least: f64,
     unit: f64,
 ) -> Result<usize, FieldError> {
+    let Habitat { surface, walls, least, .. } = *habitat;
     let edges = edges(swarm, walls, unit);
     let mut points: Vec<V3> = edges
         .iter()

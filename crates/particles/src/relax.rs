@@ -7,18 +7,21 @@ use isoswarm_field::{FieldError, Surface};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::constraint::{CHUNK, Walls, evaluate};
+use crate::constraint::{CHUNK, Target, Walls, evaluate, project};
 use crate::kernel::gauss;
 use crate::neighbors::Neighbors;
 use crate::swarm::Swarm;
-use crate::vector::{V3, add, distance, norm, scale, sub, unit};
+use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
 /// Repulsion ends at this many σ: at 3 it stalls, beyond 4 it costs more than it brings.
 const CUTOFF: f64 = 4.0;
-/// Lists are drawn this many σ wider, so that they serve several steps.
-const SKIN: f64 = 0.6;
+/// Lists are drawn this many σ wider and serve until some floater has gone that far. Two that approach each other from
+/// outside may meet at 4 - .8 σ unseen by then; a force of a hundredth of that between neighbours.
+const SKIN: f64 = 0.8;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
+/// Cosine of the turn of a normal in one step from which on more than one Newton step is taken.
+const TURNED: f64 = 0.8;
 /// Motion in σ after which the field is narrowed anew.
 const NARROW: f64 = 2.0;
 
@@ -28,7 +31,9 @@ pub(crate) struct Moved {
     /// Root mean square of the displacements, in σ.
     pub(crate) rms: f64,
     /// Largest displacement (length).
-    pub(crate) most: f64,
+    most: f64,
+    /// Longest way since the lists were drawn, in σ.
+    way: f64,
 }
 
 /// A swarm that is being spread over a surface.
@@ -45,15 +50,17 @@ pub(crate) struct Relaxation<'s> {
     /// Part of the last displacement that is kept: the heavy ball.
     momentum: f64,
     pub(crate) swarm: Swarm,
-    /// Σ exp(-r²/2σ²) over the neighbours at the start of the last step.
-    pub(crate) energy: Vec<f64>,
     pub(crate) evaluations: u64,
     lists: Neighbors,
-    moved_since_lists: f64,
+    /// Length of the way of each floater since the lists were drawn, in its σ.
+    way: Vec<f32>,
+    longest_way: f64,
     moved_since_narrowing: f64,
     next: Vec<V3>,
     value: Vec<f64>,
     gradient: Vec<V3>,
+    /// Floaters whose normal turned much in this step: they went over a crease or around a sharp bend.
+    turned: Vec<u32>,
 }
 
 impl<'s> Relaxation<'s> {
@@ -67,38 +74,39 @@ impl<'s> Relaxation<'s> {
             gain: 0.0,
             momentum: 0.0,
             swarm,
-            energy: Vec::new(),
             evaluations: 0,
             lists: Neighbors::default(),
-            moved_since_lists: f64::INFINITY,
+            way: Vec::new(),
+            longest_way: f64::INFINITY,
             moved_since_narrowing: f64::INFINITY,
             next: Vec::new(),
             value: Vec::new(),
             gradient: Vec::new(),
+            turned: Vec::new(),
         }
     }
 
     /// Changes the population: everything derived from it is forgotten.
     pub(crate) fn populate(&mut self, swarm: Swarm) {
         self.swarm = swarm;
-        self.moved_since_lists = f64::INFINITY;
+        self.longest_way = f64::INFINITY;
         self.moved_since_narrowing = f64::INFINITY;
     }
 
     /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come.
     pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64) {
         (self.sigma, self.gain, self.momentum) = (sigma, gain, momentum);
-        self.moved_since_lists = f64::INFINITY;
+        self.longest_way = f64::INFINITY;
     }
 
-    /// The present neighbours: all within 4 σ and a little more.
-    pub(crate) fn lists(&mut self) -> &Neighbors {
-        let least_size = self.swarm.size.iter().fold(1.0f64, |m, &s| m.min(s));
-        if 2.0 * self.moved_since_lists > SKIN * self.sigma * least_size {
+    /// Draws the lists of neighbours anew where motion demands it.
+    fn look_around(&mut self) {
+        if self.longest_way > SKIN {
             self.lists = self.swarm.neighbors((CUTOFF + SKIN) * self.sigma);
-            self.moved_since_lists = 0.0;
+            self.way.clear();
+            self.way.resize(self.swarm.len(), 0.0);
+            self.longest_way = 0.0;
         }
-        &self.lists
     }
 
     /// One step: forces, displacements in the tangent plane, one Newton step back to the surface.
@@ -107,9 +115,8 @@ impl<'s> Relaxation<'s> {
         if n == 0 {
             return Ok(Moved::default());
         }
-        self.lists();
+        self.look_around();
         self.next.resize(n, [0.0; 3]);
-        self.energy.resize(n, 0.0);
         self.displace();
         if self.moved_since_narrowing > NARROW * self.sigma {
             self.narrowed = self.surface.narrowed(&self.swarm.points, (NARROW + LONGEST) * self.sigma)?;
@@ -117,25 +124,25 @@ impl<'s> Relaxation<'s> {
         }
         let surface = self.narrowed.as_deref().unwrap_or(self.surface);
         evaluate(surface, &mut self.evaluations, &self.next, &mut self.value, &mut self.gradient)?;
-        let moved = self.settle();
+        let mut moved = self.settle();
+        if !self.turned.is_empty() {
+            self.settle_turned(&mut moved)?;
+        }
         std::mem::swap(&mut self.swarm.points, &mut self.next);
-        self.moved_since_lists += moved.most;
+        self.longest_way = moved.way;
         self.moved_since_narrowing += moved.most;
         Ok(moved)
     }
 
     /// Forces from the present positions; displaced positions into `next`.
     fn displace(&mut self) {
-        let Self { walls, sigma, swarm, energy, lists, next, gain, momentum, .. } = self;
+        let Self { walls, sigma, swarm, lists, next, gain, momentum, .. } = self;
         let (gain, momentum) = (*gain, *momentum);
         let Swarm { points, normals, velocity, size, .. } = swarm;
         let (points, normals, size, sigma) = (&points[..], &normals[..], &size[..], *sigma);
         let arch = Arch::new();
-        next.par_chunks_mut(CHUNK)
-            .zip(velocity.par_chunks_mut(CHUNK))
-            .zip(energy.par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(|(c, ((next, velocity), energy))| {
+        next.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK)).enumerate().for_each(
+            |(c, (next, velocity))| {
                 arch.dispatch(Displace {
                     gain,
                     momentum,
@@ -148,31 +155,37 @@ impl<'s> Relaxation<'s> {
                     walls,
                     next,
                     velocity,
-                    energy,
                 });
-            });
+            },
+        );
     }
 
     /// Newton-corrects `next`, takes the new normals and measures the motion.
     fn settle(&mut self) -> Moved {
-        let Self { walls, least, sigma, swarm, next, value, gradient, .. } = self;
+        let Self { walls, least, sigma, swarm, next, value, gradient, way, .. } = self;
         let (walls, least, sigma) = (*walls, *least, *sigma);
         let points = &swarm.points[..];
         let size = &swarm.size[..];
-        let parts: Vec<(f64, f64)> = next
+        let parts: Vec<(f64, f64, f32, Vec<u32>)> = next
             .par_chunks_mut(CHUNK)
             .zip(swarm.normals.par_chunks_mut(CHUNK))
             .zip(swarm.velocity.par_chunks_mut(CHUNK))
+            .zip(way.par_chunks_mut(CHUNK))
             .enumerate()
-            .map(|(c, ((next, normals), velocity))| {
-                let (mut square, mut most) = (0.0, 0.0f64);
+            .map(|(c, (((next, normals), velocity), way))| {
+                let (mut square, mut most, mut longest, mut turned) = (0.0, 0.0f64, 0.0f32, Vec::new());
                 for k in 0..next.len() {
                     let i = c * CHUNK + k;
                     let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
                     match walls.newton(next[k], value[i], gradient[i], LONGEST * own, least) {
                         Some(q) => {
+                            let normal = unit(gradient[i]);
+                            if dot(normal, normals[k]) < TURNED {
+                                turned.push(i as u32);
+                            }
                             next[k] = q;
-                            normals[k] = unit(gradient[i]);
+                            normals[k] = normal;
+                            velocity[k] = sub(q, points[i]);
                         }
                         // Where the surface is ill-defined the floater rests (WH94 section 5).
                         None => {
@@ -183,13 +196,45 @@ impl<'s> Relaxation<'s> {
                     let d = distance(next[k], points[i]);
                     square += (d / own) * (d / own);
                     most = most.max(d);
+                    way[k] += (d / own) as f32;
+                    longest = longest.max(way[k]);
                 }
-                (square, most)
+                (square, most, longest, turned)
             })
             .collect();
         let square: f64 = parts.iter().map(|p| p.0).sum();
         let most = parts.iter().fold(0.0f64, |m, p| m.max(p.1));
-        Moved { rms: (square / points.len() as f64).sqrt(), most }
+        self.turned.clear();
+        self.turned.extend(parts.iter().flat_map(|p| &p.3));
+        let way = parts.iter().fold(0.0f32, |m, p| m.max(p.2));
+        Moved { rms: (square / points.len() as f64).sqrt(), most, way: f64::from(way) }
+    }
+
+    /// Further Newton steps for those that turned: behind a crease one step is not enough.
+    fn settle_turned(&mut self, moved: &mut Moved) -> Result<(), FieldError> {
+        let own = |i: usize| self.sigma * self.swarm.size.get(i).copied().unwrap_or(1.0);
+        let mut points: Vec<V3> = self.turned.iter().map(|&i| self.next[i as usize]).collect();
+        let mut normals: Vec<V3> = self.turned.iter().map(|&i| self.swarm.normals[i as usize]).collect();
+        let target = Target {
+            tolerance: 1e-3 * self.sigma,
+            longest: LONGEST * self.sigma,
+            least: self.least,
+            rounds: 4,
+        };
+        project(self.surface, &mut self.evaluations, &self.walls, &mut points, &mut normals, target)?;
+        for (k, &i) in self.turned.iter().enumerate() {
+            let i = i as usize;
+            let (old, new) = (self.swarm.points[i], points[k]);
+            let d = distance(new, old);
+            // Not farther than a step with its correction goes: beyond that it is another place.
+            if d < 3.0 * LONGEST * own(i) {
+                self.next[i] = new;
+                self.swarm.normals[i] = normals[k];
+                self.swarm.velocity[i] = sub(new, old);
+                moved.most = moved.most.max(d);
+            }
+        }
+        Ok(())
     }
 
     /// Forgets the momentum.
@@ -211,7 +256,6 @@ struct Displace<'a> {
     walls: &'a Walls,
     next: &'a mut [V3],
     velocity: &'a mut [V3],
-    energy: &'a mut [f64],
 }
 
 /// Neighbours that are handled side by side. The sums run over as many partial sums, whatever the width of the
@@ -223,25 +267,12 @@ impl pulp::NullaryFnOnce for Displace<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self {
-            gain,
-            momentum,
-            first,
-            points,
-            normals,
-            size,
-            sigma,
-            lists,
-            walls,
-            next,
-            velocity,
-            energy,
-        } = self;
+        let Self { gain, momentum, first, points, normals, size, sigma, lists, walls, next, velocity } = self;
         for k in 0..next.len() {
             let i = first + k;
             let p = points[i];
             let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
-            let (force, e) = repulsion(i, points, lists.of(i), size, sigma);
+            let force = repulsion(i, points, lists.of(i), size, sigma);
             let push = add(scale(velocity[k], momentum), scale(force, gain));
             let mut v = walls.slide(p, normals[i], push);
             let length = norm(v);
@@ -251,20 +282,22 @@ impl pulp::NullaryFnOnce for Displace<'_> {
             let q = walls.clamp(add(p, v));
             velocity[k] = sub(q, p);
             next[k] = q;
-            energy[k] = e;
         }
     }
 }
 
-/// Σ r^ij exp(-|r^ij|²/2σ²) and Σ exp(-|r^ij|²/2σ²), σ² the mean of the squares of both where sizes differ.
+/// The force of a Gaussian fades below σ, so that pressure (over a crease, against the bounds) could hold floaters on
+/// one spot. So much stronger is it made towards a distance of zero; beyond σ it is the Gaussian's.
+const CORE: f64 = 8.0;
+
+/// Σ r^ij exp(-|r^ij|²/2σ²), σ² the mean of the squares of both where sizes differ.
 #[inline(always)]
-fn repulsion(i: usize, points: &[V3], near: &[u32], size: &[f64], sigma: f64) -> (V3, f64) {
+fn repulsion(i: usize, points: &[V3], near: &[u32], size: &[f64], sigma: f64) -> V3 {
     let p = points[i];
     let equal = -0.5 / (sigma * sigma);
     let mut fx = [0.0; LANES];
     let mut fy = [0.0; LANES];
     let mut fz = [0.0; LANES];
-    let mut e = [0.0; LANES];
     for near in near.chunks(LANES) {
         let (mut x, mut y, mut z, mut half) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [equal; LANES]);
         // Beyond the cutoff, so that lanes without a neighbour add nothing.
@@ -274,6 +307,11 @@ fn repulsion(i: usize, points: &[V3], near: &[u32], size: &[f64], sigma: f64) ->
             x[l] = p[0] - q[0];
             y[l] = p[1] - q[1];
             z[l] = p[2] - q[2];
+            if p == q {
+                // On one spot there is no direction; any will do if the other takes the opposite one.
+                let way = if i < j as usize { 1e-3 } else { -1e-3 } * sigma;
+                (x[l], y[l], z[l]) = (way, 0.7 * way, 0.4 * way);
+            }
         }
         if !size.is_empty() {
             for (l, &j) in near.iter().enumerate() {
@@ -284,13 +322,14 @@ fn repulsion(i: usize, points: &[V3], near: &[u32], size: &[f64], sigma: f64) ->
         for l in 0..LANES {
             let u = -half[l] * (x[l] * x[l] + y[l] * y[l] + z[l] * z[l]);
             let w = if u < 0.5 * CUTOFF * CUTOFF { gauss(u.min(0.5 * CUTOFF * CUTOFF)) } else { 0.0 };
+            let t = (1.0 - 2.0 * u).max(0.0);
+            let w = w + CORE * w * (t * t);
             fx[l] += w * x[l];
             fy[l] += w * y[l];
             fz[l] += w * z[l];
-            e[l] += w;
         }
     }
-    ([fold(fx), fold(fy), fold(fz)], fold(e))
+    [fold(fx), fold(fy), fold(fz)]
 }
 
 /// The sum of the lanes in a fixed order.

@@ -1,54 +1,117 @@
-//! The main job: even samples of a surface.
+//! The main job: samples of a surface.
 
 use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
-use crate::even::{self, Spread};
+use crate::even::{self, Spread, Wish};
 use crate::finish::finish;
-use crate::options::{Amount, Options, Phase};
+use crate::options::{Amount, Method, Options, Phase};
 use crate::report::{Samples, Status};
 use crate::run::Run;
-use crate::seeding;
+use crate::seeding::{self, Seeds};
 
-/// Samples the part of the surface that lies in `bounds`.
+/// Memory of a run per floater in bytes, for estimates.
+const BYTES: f64 = 300.0;
+/// Uniform points wanted from the seeding: enough for the coarsest level.
+const SEEDS: usize = 4000;
+
+/// Samples the part of the surface F = 0 that lies in `bounds` (finite corners, lo < hi on each of the surface's axes).
+///
+/// The result does not depend on the number of threads. A surface that is not there gives no samples and the status
+/// [`Status::Empty`]; a run that does not reach its goal, or is stopped, gives what it has and
+/// [`Status::NotConverged`].
+///
+/// # Errors
+/// Options and bounds that make no sense, fewer samples than components, more than `most`, a density that is not one,
+/// and whatever the field reports.
 pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Result<Samples, Error> {
-    let Options { amount, seed, progress, steps, .. } = options;
+    check(surface, bounds, &options)?;
+    let Options { amount, method, density, seed, start, most, steps, progress } = options;
     let mut run = Run::new(seed, progress);
     run.tell(Phase::Seeding, 0.0, 0);
-    let aim = match amount {
-        Amount::Count(n) => n.min(6000),
-        Amount::Spacing(_) => 6000,
-    };
-    let talk = std::env::var("TALK").is_ok();
-    let t = std::time::Instant::now();
-    let (seeds, certified) = seeding::seed(surface, &mut run.evaluations, bounds, aim, seed)?;
-    if talk {
-        eprintln!("seeding {:?}", t.elapsed());
-    }
+    let (seeds, certified) = seeding::seed(surface, &mut run.evaluations, bounds, SEEDS, seed)?;
     let Some(seeds) = seeds else {
         return Ok(Samples::empty(certified, &run));
     };
-    if talk {
-        eprintln!(
-            "boxes {} roots {} uniform {} area {} components {}",
-            seeds.region.boxes.len(),
-            seeds.points.len(),
-            seeds.uniform,
-            seeds.area,
-            seeds.components
-        );
+    run.tell(Phase::Seeding, 0.1, seeds.points.len());
+    let n = population(&seeds, amount, most)?;
+    if method != Method::Random && n < seeds.components {
+        return Err(Error::TooFew { n, components: seeds.components });
     }
-    let t = std::time::Instant::now();
-    let Spread { swarm, unit, unmet } =
-        even::spread(&mut run, surface, &seeds, amount, steps.unwrap_or(even::SETTLING_STEPS))?;
-    if talk {
-        eprintln!("spread {:?}", t.elapsed());
+    match method {
+        Method::Even => {
+            let wish = Wish { amount, n, density, start, most_steps: steps.unwrap_or(even::SETTLING_STEPS) };
+            let Spread { swarm, unit, unmet } = even::spread(&mut run, surface, &seeds, wish)?;
+            let status = unmet.map_or(Status::Converged, Status::NotConverged);
+            let mut samples = finish(&mut run, surface, &seeds, swarm, unit, status)?;
+            verify(&mut samples, amount);
+            Ok(samples)
+        }
+        _ => Err(Error::Bounds { given: String::new() }),
     }
-    let t = std::time::Instant::now();
-    let status = unmet.map_or(Status::Converged, Status::NotConverged);
-    let s = finish(&mut run, surface, bounds, &seeds, swarm, unit, status);
-    if talk {
-        eprintln!("finish {:?}", t.elapsed());
+}
+
+/// How many samples, to begin with where a spacing is asked for.
+fn population(seeds: &Seeds<'_>, amount: Amount, most: usize) -> Result<usize, Error> {
+    let estimate = match amount {
+        Amount::Count(n) => n as f64,
+        Amount::Spacing(s) => even::count_for_spacing(seeds.area, s, seeds.walls.axes),
+    };
+    if estimate > most as f64 {
+        return Err(Error::TooMany { estimate, bytes: BYTES * estimate, limit: most });
     }
-    s
+    Ok(match amount {
+        Amount::Count(n) => n,
+        Amount::Spacing(_) => (estimate.round() as usize).max(seeds.components),
+    })
+}
+
+/// Marks what was not reached.
+fn verify(samples: &mut Samples, amount: Amount) {
+    let report = &mut samples.report;
+    let Amount::Spacing(wanted) = amount else { return };
+    let off = report.spacing / wanted - 1.0;
+    if report.status == Status::Converged && off.abs() > 0.05 {
+        report.status = Status::NotConverged(format!(
+            "the mean distance between neighbours is {:.4e}, asked for {wanted:.4e}: \
+             the surface has room for no other number of samples near it",
+            report.spacing
+        ));
+    }
+}
+
+fn check(surface: &dyn Surface, bounds: &Aabb, options: &Options<'_>) -> Result<(), Error> {
+    let fine = |a: usize| {
+        bounds.lo[a].is_finite()
+            && bounds.hi[a].is_finite()
+            && bounds.lo[a] < bounds.hi[a]
+            && (bounds.hi[a] - bounds.lo[a]).is_finite()
+    };
+    if !(0..surface.axes()).all(fine) {
+        return Err(Error::Bounds { given: format!("{:?} to {:?}", bounds.lo, bounds.hi) });
+    }
+    let wrong =
+        |name, expected: &str, given: String| Err(Error::Option { name, expected: expected.into(), given });
+    match options.amount {
+        Amount::Count(0) => return wrong("n", "at least 1", "0".into()),
+        Amount::Count(n) if n > options.most => {
+            return Err(Error::TooMany { estimate: n as f64, bytes: BYTES * n as f64, limit: options.most });
+        }
+        Amount::Spacing(s) if !(s.is_finite() && s > 0.0) => {
+            return wrong("spacing", "a positive, finite length", s.to_string());
+        }
+        _ => {}
+    }
+    if let Some(start) = options.start {
+        if let Some(p) = start.iter().find(|p| p.iter().any(|v| !v.is_finite())) {
+            return wrong("start", "finite points", format!("{p:?}"));
+        }
+        if start.is_empty() {
+            return wrong("start", "at least one point (leave it out to start afresh)", "none".into());
+        }
+        if options.method != Method::Even {
+            return wrong("start", "the method `even`", format!("{:?}", options.method));
+        }
+    }
+    Ok(())
 }

@@ -46,6 +46,10 @@ pub(crate) fn distance(a: V3, b: V3) -> f64 {
 /// a / |a|; zero where a is zero or not finite.
 #[inline(always)]
 pub(crate) fn unit(a: V3) -> V3 {
+    let square = dot(a, a);
+    if square > 1e-200 && square < 1e200 {
+        return scale(a, 1.0 / square.sqrt());
+    }
     // Scaled first, so that neither tiny nor huge gradients leave the range of the squares.
     let m = a[0].abs().max(a[1].abs()).max(a[2].abs());
     if !(m > 0.0 && m.is_finite()) || a.iter().any(|v| v.is_nan()) {

@@ -15,9 +15,13 @@ mod trace;
 use isoswarm_field::{Aabb, FieldError, Surface};
 
 use crate::constraint::Walls;
+use crate::neighbors::Grid;
+use crate::population::linear;
 use crate::rng::{Rng, Stream};
-use crate::vector::{V3, norm};
+use crate::swarm::{Swarm, same_sheet};
+use crate::vector::{V3, distance, norm};
 pub(crate) use lines::{Roots, cast};
+use rayon::prelude::*;
 pub(crate) use region::Region;
 
 /// Boxes to aim at: enough to isolate small parts, few enough to take milliseconds.
@@ -39,6 +43,8 @@ pub(crate) struct Seeds<'s> {
     pub(crate) components: usize,
     /// Unbiased estimate of the area (length, in the plane).
     pub(crate) area: f64,
+    /// The same for each component; for those that no line met from the extent of what was found.
+    pub(crate) label_area: Vec<f64>,
     /// Gradients up to this length count as zero.
     pub(crate) least: f64,
     /// Whether intervals vouch for all of it: see [`Report::certified`](crate::Report).
@@ -91,8 +97,10 @@ pub(crate) fn seed<'s>(
     if components == 0 {
         return Ok((None, certified));
     }
+    let label_area = areas(&walls, &roots, &order, &label, components, area);
     Ok((
         Some(Seeds {
+            label_area,
             points: order.iter().map(|&i| roots.points[i]).collect(),
             normals: order.iter().map(|&i| crate::vector::unit(roots.gradients[i])).collect(),
             label: order.iter().map(|&i| label[i]).collect(),
@@ -106,6 +114,78 @@ pub(crate) fn seed<'s>(
         }),
         certified,
     ))
+}
+
+impl Seeds<'_> {
+    /// The seeds that are uniform by area.
+    pub(crate) fn uniform_swarm(&self) -> Swarm {
+        let mut swarm = Swarm::default();
+        for i in 0..self.uniform {
+            swarm.push(self.points[i], self.normals[i], self.label[i], None);
+        }
+        swarm
+    }
+
+    /// The component of the seed that is nearest to each point, on its own sheet if there is one near.
+    pub(crate) fn nearest_labels(&self, points: &[V3], normals: &[V3]) -> Vec<u32> {
+        let reach = 3.0 * linear(self.area / self.uniform.max(1) as f64, self.walls.axes);
+        let grid = Grid::new(&self.points, None, reach);
+        points
+            .par_iter()
+            .zip(normals)
+            .map(|(&p, &n)| {
+                let mut radius = reach;
+                loop {
+                    let mut best = (f64::INFINITY, u32::MAX);
+                    grid.near(p, radius, |j| {
+                        let j = j as usize;
+                        let d = distance(p, self.points[j]);
+                        let other = !same_sheet(p, self.points[j], n, self.normals[j]);
+                        // A seed on another sheet only counts where there is no better one.
+                        let rank = if other { d + 4.0 * radius } else { d };
+                        if (rank, self.label[j]) < best {
+                            best = (rank, self.label[j]);
+                        }
+                    });
+                    if best.1 != u32::MAX {
+                        return best.1;
+                    }
+                    radius *= 4.0;
+                }
+            })
+            .collect()
+    }
+}
+
+fn areas(
+    walls: &Walls,
+    roots: &Roots,
+    order: &[usize],
+    label: &[u32],
+    components: usize,
+    area: f64,
+) -> Vec<f64> {
+    let mut uniform = vec![0usize; components];
+    let mut boxes: Vec<Option<Aabb>> = vec![None; components];
+    for &i in order {
+        let (p, l) = (roots.points[i], label[i] as usize);
+        uniform[l] += usize::from(roots.keep[i]);
+        let b = boxes[l].get_or_insert(Aabb::new(p, p));
+        for a in 0..3 {
+            b.lo[a] = b.lo[a].min(p[a]);
+            b.hi[a] = b.hi[a].max(p[a]);
+        }
+    }
+    let each = area / uniform.iter().sum::<usize>().max(1) as f64;
+    (0..components)
+        .map(|l| match boxes[l] {
+            Some(b) if uniform[l] == 0 => {
+                let d = b.diagonal();
+                if walls.axes == 2 { d } else { d * d }.min(each)
+            }
+            _ => uniform[l] as f64 * each,
+        })
+        .collect()
 }
 
 /// Leaves out components that only touch the bounds from outside, in points without area: no line met them and all

@@ -17,7 +17,7 @@ struct Walk {
     pair: usize,
     to: V3,
     to_normal: V3,
-    /// Unit normal of the plane.
+    /// Unit normal of the plane, with the sign that makes its cross product with ∇F lead ahead.
     plane: V3,
     /// Last place that is accepted, and the unit tangent there.
     at: V3,
@@ -80,16 +80,15 @@ fn start(pair: usize, [(p, n), (q, m)]: [(V3, V3); 2], axes: usize) -> Vec<Walk>
     if axes == 3 && norm(cross(n, sub(q, p))) < 1e-3 * d {
         plane = frame(n).0;
     }
-    let tangent = unit(cross(plane, n));
     [1.0, -1.0]
         .into_iter()
         .map(|s| Walk {
             pair,
             to: q,
             to_normal: m,
-            plane,
+            plane: scale(plane, s),
             at: p,
-            tangent: scale(tangent, s),
+            tangent: unit(cross(scale(plane, s), n)),
             step: d / 4.0,
             length: 0.0,
             longest: WAY * d,
@@ -101,10 +100,7 @@ fn start(pair: usize, [(p, n), (q, m)]: [(V3, V3); 2], axes: usize) -> Vec<Walk>
 fn advance(mut w: Walk, place: V3, value: f64, g: V3, walls: &Walls, linked: &mut [bool]) -> Option<Walk> {
     let g = in_plane(g, w.plane);
     let normal = unit(g);
-    let mut tangent = cross(w.plane, normal);
-    if dot(tangent, w.tangent) < 0.0 {
-        tangent = scale(tangent, -1.0);
-    }
+    let tangent = cross(w.plane, normal);
     let moved = distance(place, w.at);
     let smooth = dot(tangent, w.tangent) > TURN
         && value.abs() <= 0.02 * w.step * norm(g)
@@ -116,11 +112,6 @@ fn advance(mut w: Walk, place: V3, value: f64, g: V3, walls: &Walls, linked: &mu
         let over = w.step < 2e-3 * w.longest / WAY && value.abs() <= 0.1 * w.step * norm(g) && moved > 0.0;
         if !over {
             return (w.step > 1e-5 * w.longest / WAY && normal != [0.0; 3]).then_some(w);
-        }
-        // Behind the crease the way leads on, not back.
-        tangent = cross(w.plane, normal);
-        if dot(tangent, sub(place, w.at)) < 0.0 {
-            tangent = scale(tangent, -1.0);
         }
     }
     w.length += moved;

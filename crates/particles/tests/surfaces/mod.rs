@@ -176,7 +176,7 @@ pub fn torus(major: f64, minor: f64) -> Analytic {
 
 /// x²/a² + y²/b² + z²/c² - 1.
 pub fn ellipsoid(axes: Point) -> Analytic {
-    let steep = 2.0 * 1.3 / axes.iter().fold(f64::INFINITY, |m, &a| m.min(a));
+    let steep = 2.0 * 1.3 / axes.iter().fold(f64::INFINITY, |m, &a| m.min(a * a));
     Analytic::new(move |p| {
         let f = (0..3).map(|a| (p[a] / axes[a]).powi(2)).sum::<f64>() - 1.0;
         (f, [0, 1, 2].map(|a| 2.0 * p[a] / (axes[a] * axes[a])))
