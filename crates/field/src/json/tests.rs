@@ -174,7 +174,7 @@ fn the_published_reference_is_current() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(crate::model::tests::samples::cases(300, 3))]
 
     #[test]
     fn random_trees_read_back(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {

@@ -275,7 +275,7 @@ fn read(m: &Model) -> Model {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(crate::model::tests::samples::cases(400, 1))]
 
     #[test]
     fn random_trees_read_back_from_their_text(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {

@@ -123,7 +123,7 @@ fn a_model_becomes_a_tape_of_its_present_values() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(crate::model::tests::samples::cases(300, 2))]
 
     #[test]
     fn tapes_of_random_trees_read_back(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {

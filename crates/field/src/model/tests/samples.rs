@@ -188,3 +188,16 @@ fn grow(source: &mut dyn Iterator<Item = u8>, depth: usize, pool: &mut Vec<Model
     pool.push(m.clone());
     m
 }
+
+/// The same random cases in every run; `PROPTEST_CASES` and `PROPTEST_RNG_SEED` explore further.
+pub fn cases(cases: u32, seed: u64) -> proptest::test_runner::Config {
+    use proptest::test_runner::{Config, RngSeed};
+    let mut config = Config { failure_persistence: None, ..Config::default() };
+    if std::env::var_os("PROPTEST_CASES").is_none() {
+        config.cases = cases;
+    }
+    if std::env::var_os("PROPTEST_RNG_SEED").is_none() {
+        config.rng_seed = RngSeed::Fixed(seed);
+    }
+    config
+}
