@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import html
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, SupportsFloat
 
 import numpy as np
@@ -369,6 +371,36 @@ class Field:
     def __eq__(self, other: object) -> bool:
         """Whether both are the same tree with the same values."""
         return self._model == other._model if isinstance(other, Field) else NotImplemented
+
+    # Files ---------------------------------------------------------------------------------------------------
+
+    def to_text(self) -> str:
+        """The field as a formula; functions appear by name, and names of nodes are lost."""
+        return self._model.to_text()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the model to a file, whole or not at all; :func:`isoswarm.load` reads it back.
+
+        Parameters
+        ----------
+        path : str or path
+            Ends in ``.iso.json``, which keeps everything, or ``.vm``, a plain tape without parameters.
+
+        Raises
+        ------
+        ValueError
+            Another ending; for ``.vm``, a field with functions that cannot be looked into.
+        OSError
+            The file cannot be written; what stood there before is unchanged.
+        """
+        file = Path(path)
+        if file.name.lower().endswith(".iso.json"):
+            text = self._model.to_json()
+        elif file.name.lower().endswith(".vm"):
+            text = self._model.to_vm()
+        else:
+            raise ValueError(f"{file}: expected a file that ends in .iso.json or .vm")
+        _core.write_bytes(file, text.encode())
 
     # For people -----------------------------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ const CHUNK: usize = 16_384;
 pub struct Model {
     tree: model::Model,
     compiled: OnceLock<Arc<Field>>,
+    bounds: OnceLock<Option<Aabb>>,
 }
 
 type Parameter = (String, f64, bool, f64, f64, f64, bool, &'static str);
@@ -28,7 +29,7 @@ type Corners = ([f64; 3], [f64; 3]);
 
 impl Model {
     fn of(tree: model::Model) -> Self {
-        Self { tree, compiled: OnceLock::new() }
+        Self { tree, compiled: OnceLock::new(), bounds: OnceLock::new() }
     }
 
     fn made(tree: Result<model::Model, FieldError>) -> PyResult<Self> {
@@ -204,7 +205,7 @@ impl Model {
 
     fn bounds(&self, py: Python<'_>) -> PyResult<Option<Corners>> {
         let field = self.field()?;
-        Ok(py.detach(|| field.bounds()).map(|b| (b.lo, b.hi)))
+        Ok(py.detach(|| *self.bounds.get_or_init(|| field.bounds())).map(|b| (b.lo, b.hi)))
     }
 
     /// (path, value, frozen, lowest, highest, scale, discrete, unit) of each parameter.

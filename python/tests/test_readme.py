@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 
-def blocks(root: Path, language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", (root / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+def blocks(path: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
 
 
 def test_the_example_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    (example,) = blocks(root, "python")
+    (example,) = blocks(root / "README.md", "python")
     assert len(example.strip().splitlines()) <= 14
     names: dict[str, object] = {}
     exec(compile(example, "README.md", "exec"), names)
@@ -21,6 +21,16 @@ def test_the_example_runs(root: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     assert len(samples) == 10_000
     assert (tmp_path / "points.ply").stat().st_size > 10_000 * 48
     assert np.isfinite(samples.points).all()
+
+
+def test_the_tour_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in blocks(root / "docs" / "guide" / "tour.md", "python"):
+        exec(compile(block, "tour.md", "exec"), names)
+    # By Gauss: a cylinder of radius 1 and height 2 without a square hole of side 1.
+    assert names["flux"] == pytest.approx(2 * (np.pi - 1), rel=0.01)
+    assert names["area"] == pytest.approx(4 * np.pi + 2 * (np.pi - 1) + 8, rel=0.01)
 
 
 def test_every_file_that_it_points_to_exists(root: Path) -> None:
