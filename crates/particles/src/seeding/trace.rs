@@ -45,8 +45,12 @@ pub(crate) fn connected(
         }
         // Predict, then correct twice within the plane.
         let mut place: Vec<V3> = walks.iter().map(|w| along(w.at, w.step, w.tangent)).collect();
-        for _ in 0..2 {
+        let mut ahead = Vec::new();
+        for round in 0..2 {
             evaluate(surface, count, &place, &mut value, &mut gradient)?;
+            if round == 0 {
+                ahead.clone_from(&gradient);
+            }
             for (k, w) in walks.iter().enumerate() {
                 let g = in_plane(gradient[k], w.plane);
                 let move_by = -value[k] / dot(g, g);
@@ -58,7 +62,7 @@ pub(crate) fn connected(
         evaluate(surface, count, &place, &mut value, &mut gradient)?;
         let mut next = Vec::with_capacity(walks.len());
         for (k, w) in walks.into_iter().enumerate() {
-            if let Some(w) = advance(w, place[k], value[k], gradient[k], walls, &mut linked) {
+            if let Some(w) = advance(w, place[k], value[k], gradient[k], ahead[k], walls, &mut linked) {
                 next.push(w);
             }
         }
@@ -96,11 +100,20 @@ fn start(pair: usize, [(p, n), (q, m)]: [(V3, V3); 2], axes: usize) -> Vec<Walk>
         .collect()
 }
 
-/// Accepts the step, or halves it; `None` ends the walk.
-fn advance(mut w: Walk, place: V3, value: f64, g: V3, walls: &Walls, linked: &mut [bool]) -> Option<Walk> {
+/// Accepts the step, or halves it; `None` ends the walk. `g` is the gradient at the place, `ahead` the one at the end
+/// of the step before it was corrected.
+fn advance(
+    mut w: Walk,
+    place: V3,
+    value: f64,
+    g: V3,
+    ahead: V3,
+    walls: &Walls,
+    linked: &mut [bool],
+) -> Option<Walk> {
     let g = in_plane(g, w.plane);
     let normal = unit(g);
-    let tangent = cross(w.plane, normal);
+    let mut tangent = cross(w.plane, normal);
     let moved = distance(place, w.at);
     let smooth = dot(tangent, w.tangent) > TURN
         && value.abs() <= 0.02 * w.step * norm(g)
@@ -108,11 +121,14 @@ fn advance(mut w: Walk, place: V3, value: f64, g: V3, walls: &Walls, linked: &mu
         && moved < 2.0 * w.step;
     if !smooth {
         w.step *= 0.5;
-        // At a crease no step is smooth: step over it once it is short.
-        let over = w.step < 2e-3 * w.longest / WAY && value.abs() <= 0.1 * w.step * norm(g) && moved > 0.0;
+        // At a crease no step is smooth: step over it once it is short. On the crease itself the gradient may be that
+        // of either side; beyond it there is no doubt.
+        let over = w.step < 2e-3 * w.longest / WAY && value.abs() <= 0.1 * w.step * norm(g);
         if !over {
             return (w.step > 1e-5 * w.longest / WAY && normal != [0.0; 3]).then_some(w);
         }
+        tangent = cross(w.plane, unit(in_plane(ahead, w.plane)));
+        w.length += w.step;
     }
     w.length += moved;
     // The target lies on this step's stretch of the curve.
