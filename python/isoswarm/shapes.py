@@ -99,7 +99,7 @@ def box(x: Operand = 1.0, y: Operand = 1.0, z: Operand = 1.0) -> Field:
 
     Exact distance.
 
-    F = q = |p| − (x, y, z)/2; |max(q, 0)| outside, max(qx, qy, qz) inside
+    F = |max(q, 0)| outside, max(qx, qy, qz) inside; q = |p| − (x, y, z)/2
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def rounded_box(x: Operand = 1.0, y: Operand = 1.0, z: Operand = 1.0, r: Operand
 
     Exact distance.
 
-    F = q = |p| − (x, y, z)/2 + r; box(q) − r
+    F = |max(q, 0)| − r outside, max(qx, qy, qz) − r inside; q = |p| − (x, y, z)/2 + r
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def cylinder(r: Operand = 1.0, h: Operand = 2.0) -> Field:
 
     Exact distance.
 
-    F = q = (|(x, y)| − r, |z| − h/2); |max(q, 0)| outside, max(q) inside
+    F = |max(q, 0)| outside, max(qr, qz) inside; q = (|(x, y)| − r, |z| − h/2)
 
     Parameters
     ----------

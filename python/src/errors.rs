@@ -1,8 +1,12 @@
 //! The core's errors as Python exceptions, variant by variant.
+use std::io::ErrorKind;
+
 use isoswarm_field::FieldError;
 use isoswarm_geometry::GeometryError;
 use isoswarm_particles::Error as ParticlesError;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOSError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyIsADirectoryError, PyKeyboardInterrupt, PyOSError, PyPermissionError, PyValueError,
+};
 use pyo3::prelude::*;
 
 use crate::callback;
@@ -46,7 +50,12 @@ pub fn geometry(error: GeometryError) -> PyErr {
         // With the system's number Python makes it a FileNotFoundError, PermissionError and so on.
         GeometryError::Io { source, .. } => match source.raw_os_error() {
             Some(number) => PyOSError::new_err((number, message)),
-            None => PyOSError::new_err(message),
+            None => match source.kind() {
+                ErrorKind::NotFound => PyFileNotFoundError::new_err(message),
+                ErrorKind::PermissionDenied => PyPermissionError::new_err(message),
+                ErrorKind::IsADirectory => PyIsADirectoryError::new_err(message),
+                _ => PyOSError::new_err(message),
+            },
         },
         GeometryError::Png(_) => PyOSError::new_err(message),
         GeometryError::Cancelled => PyKeyboardInterrupt::new_err(message),

@@ -42,7 +42,7 @@ def test_hessian_is_that_of_the_gradient(field: iso.Field, rng: np.random.Genera
     X = rng.uniform(-1.5, 1.5, (100, 3))
     hessian = field.hessian(X)
     np.testing.assert_allclose(hessian, differences(field.gradient, X), rtol=2e-6, atol=2e-6)
-    np.testing.assert_array_equal(hessian, hessian.transpose(0, 2, 1))
+    np.testing.assert_allclose(hessian, hessian.transpose(0, 2, 1), rtol=1e-12, atol=1e-12)
 
 
 def test_parameter_gradient_is_that_of_the_values(field: iso.Field, rng: np.random.Generator) -> None:

@@ -18,7 +18,7 @@ REGULAR = [name for name, s in SURFACES.items() if "singular" not in s["tags"]]
 
 def test_most_are_regular() -> None:
     assert len(SURFACES) == 40
-    assert len(REGULAR) == 27
+    assert len(REGULAR) == 26
 
 
 @pytest.mark.parametrize("name", REGULAR)
@@ -29,8 +29,10 @@ def test_components_and_area(name: str) -> None:
     report = samples.report
     assert report.components == surface["components"]
     assert len(samples) == 20_000
-    # Cells are measured in tangent planes: second order in spacing times curvature.
-    assert report.area == pytest.approx(surface["area"], rel=0.01)
+    # Cells are measured in tangent planes: second order in spacing times curvature, first order at a crease.
+    allowed = {"sharp-edges": 0.04, "high-curvature-rim": 0.02}
+    rel = max([0.01, *(allowed[tag] for tag in surface["tags"] if tag in allowed)])
+    assert report.area == pytest.approx(surface["area"], rel=rel)
     lo, hi = np.array(surface["bbox"])
     assert (samples.points >= lo).all()
     assert (samples.points <= hi).all()

@@ -12,6 +12,6 @@ Exit codes, which stay as they are:
 ====  ==============================================================
 """
 
-from isoswarm.cli.app import app, main
+from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
