@@ -43,7 +43,7 @@ def split(value, *bits):
 
 
 def odd_rest(f):
-    """z -> (f(t) - t) / t^3 with z = t^2."""
+    """Z -> (f(t) - t) / t^3 with z = t^2."""
     return lambda z: (f(mp.sqrt(z)) - mp.sqrt(z)) / mp.sqrt(z) ** 3
 
 
@@ -52,8 +52,7 @@ S2 = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * mp.mpf("1.001")
 FITS = {
     "EXP_POLY": (lambda r: (mp.exp(r) - 1 - r) / r**2, -HALF_LN2, HALF_LN2, 10),
     "LN_POLY": (lambda z: (2 * mp.atanh(mp.sqrt(z)) / mp.sqrt(z) - 2) / z, 0, S2, 7),
-    "LN_DD_POLY": (
-        lambda z: (2 * mp.atanh(mp.sqrt(z)) / mp.sqrt(z) - 2 - 2 * z / 3) / z**2, 0, S2, 8),
+    "LN_DD_POLY": (lambda z: (2 * mp.atanh(mp.sqrt(z)) / mp.sqrt(z) - 2 - 2 * z / 3) / z**2, 0, S2, 8),
     "SIN_POLY": (odd_rest(mp.sin), 0, "0.64", 6),
     "COS_POLY": (lambda z: (mp.cos(mp.sqrt(z)) - 1 + z / 2) / z**2, 0, "0.64", 6),
     "ATAN_POLY": (odd_rest(mp.atan), 0, (mp.mpf(7) / 16) ** 2, 11),
@@ -61,8 +60,13 @@ FITS = {
     "CBRT_POLY": (mp.cbrt, "0.5", "4", 5),
 }
 SPLITS = {
-    "LN2": (mp.log(2), 32), "LN2_42": (mp.log(2), 42), "PIO2": (mp.pi / 2, 33, 33, 33), "PI_HALF": (mp.pi / 2, 53),
-    "PI": (mp.pi, 53), "PI_4": (mp.pi / 4, 53), "ATAN_HALF": (mp.atan(mp.mpf(1) / 2), 53),
+    "LN2": (mp.log(2), 32),
+    "LN2_42": (mp.log(2), 42),
+    "PIO2": (mp.pi / 2, 33, 33, 33),
+    "PI_HALF": (mp.pi / 2, 53),
+    "PI": (mp.pi, 53),
+    "PI_4": (mp.pi / 4, 53),
+    "ATAN_HALF": (mp.atan(mp.mpf(1) / 2), 53),
     "TWO_THIRDS": (mp.mpf(2) / 3, 53),
 }
 

@@ -61,8 +61,13 @@ def slope():
 
 def power():
     return random.choice(
-        ((U(0.01, 8), U(-8, 8)), (near_one(), U(-1000, 1000)), (log_uniform(1e-300, 1e300), U(-1, 1)),
-         (U(0.5, 2), U(-1000, 1000)), (-U(0.1, 10), float(random.randint(-99, 99))))
+        (
+            (U(0.01, 8), U(-8, 8)),
+            (near_one(), U(-1000, 1000)),
+            (log_uniform(1e-300, 1e300), U(-1, 1)),
+            (U(0.5, 2), U(-1000, 1000)),
+            (-U(0.1, 10), float(random.randint(-99, 99))),
+        )
     )
 
 
@@ -75,10 +80,19 @@ def real():
 
 
 CASES = {
-    "exp": (mp.exp, exponent), "ln": (mp.log, positive), "sin": (mp.sin, trig), "cos": (mp.cos, trig),
-    "tan": (mp.tan, trig), "asin": (mp.asin, unit), "acos": (mp.acos, unit), "atan": (mp.atan, slope),
-    "atan2": (mp.atan2, lambda: (slope(), slope())), "pow": (mp.power, power), "sinh": (mp.sinh, hyperbolic),
-    "cosh": (mp.cosh, hyperbolic), "tanh": (mp.tanh, lambda: hyperbolic() / 30),
+    "exp": (mp.exp, exponent),
+    "ln": (mp.log, positive),
+    "sin": (mp.sin, trig),
+    "cos": (mp.cos, trig),
+    "tan": (mp.tan, trig),
+    "asin": (mp.asin, unit),
+    "acos": (mp.acos, unit),
+    "atan": (mp.atan, slope),
+    "atan2": (mp.atan2, lambda: (slope(), slope())),
+    "pow": (mp.power, power),
+    "sinh": (mp.sinh, hyperbolic),
+    "cosh": (mp.cosh, hyperbolic),
+    "tanh": (mp.tanh, lambda: hyperbolic() / 30),
     "cbrt": (lambda x: mp.sign(x) * mp.cbrt(abs(x)), real),
 }
 
