@@ -4,7 +4,6 @@
 //! curve in which the face clips the surface.
 
 use isoswarm_field::{Aabb, FieldError, Surface};
-use rayon::prelude::*;
 
 use crate::vector::{V3, along, dot, norm, unit};
 
@@ -138,28 +137,6 @@ impl Walls {
     }
 }
 
-/// The field at many points, and the count of points evaluated so far.
-pub(crate) struct Evaluator<'s> {
-    pub(crate) surface: &'s dyn Surface,
-    pub(crate) count: u64,
-}
-
-impl<'s> Evaluator<'s> {
-    pub(crate) fn new(surface: &'s dyn Surface) -> Self {
-        Self { surface, count: 0 }
-    }
-
-    /// F and ∂F/∂x at the points into vectors of the right length.
-    pub(crate) fn evaluate(
-        &mut self,
-        points: &[V3],
-        value: &mut Vec<f64>,
-        gradient: &mut Vec<V3>,
-    ) -> Result<(), FieldError> {
-        evaluate(self.surface, &mut self.count, points, value, gradient)
-    }
-}
-
 /// F and ∂F/∂x of `surface` at the points into vectors of the right length.
 pub(crate) fn evaluate(
     surface: &dyn Surface,
@@ -242,12 +219,6 @@ pub(crate) fn project(
         }
     }
     Ok(left)
-}
-
-/// Sums by fixed chunks: the same bits for any number of threads.
-pub(crate) fn sum(values: impl IndexedParallelIterator<Item = f64>) -> f64 {
-    let parts: Vec<f64> = values.chunks(CHUNK).map(|c| c.into_iter().sum::<f64>()).collect();
-    parts.into_iter().sum()
 }
 
 #[cfg(test)]

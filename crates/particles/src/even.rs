@@ -9,7 +9,7 @@ use isoswarm_field::Surface;
 use crate::Error;
 use crate::constraint::Walls;
 use crate::constraint::{Target, project};
-use crate::options::{self, Amount, Density, Stop};
+use crate::options::{self, Amount, Density};
 use crate::population::{self, Habitat, linear};
 use crate::relax::{Moved, Relaxation};
 use crate::rng::{Rng, Stream};
@@ -121,8 +121,7 @@ pub(crate) fn spread<'s>(
         None => {
             format!("the floaters still moved after {most_steps} steps at full resolution; allow more steps")
         }
-        Some(Stop::Cancelled) => "cancelled".into(),
-        Some(Stop::TimeLimit) => "the time limit was reached".into(),
+        Some(why) => why.reason().into(),
     });
     Ok(Spread { swarm: work.relaxation.swarm, unit: work.unit, unmet })
 }

@@ -185,11 +185,6 @@ impl Neighbors {
         &self.other[a as usize..b as usize]
     }
 
-    /// Number of particles.
-    pub(crate) fn len(&self) -> usize {
-        self.span.len()
-    }
-
     /// All pairs within reach for which `keep(i, j)` holds.
     pub(crate) fn find(points: &[V3], reach: Reach<'_>, keep: impl Fn(usize, usize) -> bool + Sync) -> Self {
         match reach {
@@ -387,7 +382,7 @@ mod tests {
     }
 
     fn sorted(lists: &Neighbors) -> Vec<Vec<u32>> {
-        (0..lists.len())
+        (0..lists.span.len())
             .map(|i| {
                 let mut row = lists.of(i).to_vec();
                 row.sort_unstable();
@@ -419,7 +414,7 @@ mod tests {
         let points = vec![[1.0, 2.0, 3.0]; 5];
         let lists = Neighbors::find(&points, Reach::Same(0.5), |i, j| (i + j) % 2 == 1);
         assert_eq!(sorted(&lists), vec![vec![1, 3], vec![0, 2, 4], vec![1, 3], vec![0, 2, 4], vec![1, 3]]);
-        assert_eq!(Neighbors::find(&[], Reach::Same(1.0), |_, _| true).len(), 0);
+        assert_eq!(Neighbors::find(&[], Reach::Same(1.0), |_, _| true).span.len(), 0);
     }
 
     #[test]

@@ -89,6 +89,16 @@ pub enum Stop {
     TimeLimit,
 }
 
+impl Stop {
+    /// What the report says.
+    pub(crate) fn reason(self) -> &'static str {
+        match self {
+            Stop::Cancelled => "cancelled",
+            Stop::TimeLimit => "the time limit was reached",
+        }
+    }
+}
+
 /// Called on the calling thread several times a second (at least once a step); `Break` ends the run, and what
 /// there is so far is returned, marked as not converged.
 pub type ProgressFn<'a> = dyn FnMut(&Progress) -> ControlFlow<Stop> + 'a;

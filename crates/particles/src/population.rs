@@ -102,8 +102,6 @@ pub(crate) struct Turnover {
     pub(crate) deaths: usize,
     /// Area of a size-1 cell afterwards.
     pub(crate) share: f64,
-    /// Mean distance to the nearest neighbour before.
-    pub(crate) nearest: f64,
 }
 
 /// Where floaters live and multiply.
@@ -151,12 +149,7 @@ pub(crate) fn balance(
     let mut touched = vec![false; now];
     let crushed = crush(swarm, &census, unit, &mut alive, &mut per_label);
     let deaths = crushed.max(mean + now.saturating_sub(n));
-    let mut done = Turnover {
-        deaths: crushed,
-        share,
-        nearest: crate::metrics::mean_nearest(&census),
-        ..Turnover::default()
-    };
+    let mut done = Turnover { deaths: crushed, share, ..Turnover::default() };
     // Neighbours of one who died stay, unless there is no other way to the number that is asked for.
     for strict in [true, false] {
         if !strict && now - done.deaths <= n {

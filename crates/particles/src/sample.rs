@@ -5,7 +5,9 @@ use isoswarm_field::{Aabb, Surface};
 use crate::Error;
 use crate::even::{self, Spread, Wish};
 use crate::finish::finish;
+use crate::floaters::modes;
 use crate::options::{Amount, Method, Options, Phase};
+use crate::random;
 use crate::report::{Samples, Status};
 use crate::run::Run;
 use crate::seeding::{self, Seeds};
@@ -47,7 +49,10 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
             verify(&mut samples, amount);
             Ok(samples)
         }
-        _ => Err(Error::Bounds { given: String::new() }),
+        Method::Random => random::scatter(&mut run, surface, &seeds, n, density),
+        Method::Adaptive | Method::Simple | Method::Fissioning => {
+            modes::run(&mut run, surface, &seeds, method, n, amount, steps.unwrap_or(modes::STEPS))
+        }
     }
 }
 

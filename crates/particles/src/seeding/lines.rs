@@ -145,11 +145,8 @@ pub(crate) fn cast(
     let before = roots.points.len();
     for (batch, boxes) in region.boxes.chunks(BATCH).enumerate() {
         let first = batch * BATCH;
-        let mut brackets = segments(boxes, first, axes, density, rng, &mut roots.lines);
-        let hidden = isolate(region, count, &mut brackets)?;
-        brackets.extend(hidden);
-        brackets.sort_by_key(|b| b.owner);
-        refine(region, count, brackets, axes, roots)?;
+        let segments = segments(boxes, first, axes, density, rng, &mut roots.lines);
+        solve(region, count, axes, segments, STATIONS, roots)?;
     }
     let mut area = 0.0;
     for i in before..roots.points.len() {
@@ -160,6 +157,84 @@ pub(crate) fn cast(
     }
     roots.area += area / density;
     Ok(())
+}
+
+/// Independent points, uniform by area: on each of `many` lines through boxes drawn at random, each as likely as its
+/// cross-sections are large, one root at most, found with `stations` evaluations. Gives points and gradients in the
+/// order of the lines.
+pub(crate) fn draw(
+    region: &Region<'_>,
+    count: &mut u64,
+    axes: usize,
+    many: usize,
+    stations: usize,
+    rng: Rng,
+) -> Result<Vec<(V3, V3)>, FieldError> {
+    /// Roots of a line that are accounted for; should there be more, those lines count less than they should.
+    const MOST: usize = 4;
+    let mut total = 0.0;
+    let mut bound = Vec::with_capacity(region.boxes.len() * axes);
+    for b in &region.boxes {
+        for axis in 0..axes {
+            total += (0..axes).filter(|&a| a != axis).map(|a| b.hi[a] - b.lo[a]).product::<f64>();
+            bound.push(total);
+        }
+    }
+    let mut segments: Vec<Bracket> = (0..many)
+        .map(|k| {
+            let own = rng.child(k as u64);
+            let pick = bound.partition_point(|&c| c <= own.unit(0) * total).min(bound.len() - 1);
+            let (owner, axis) = (pick / axes, pick % axes);
+            let b = &region.boxes[owner];
+            let mut at = b.lo;
+            for a in (0..axes).filter(|&a| a != axis) {
+                at[a] += own.unit(1 + a as u64) * (b.hi[a] - b.lo[a]);
+            }
+            Bracket {
+                owner: owner as u32,
+                line: k as u64,
+                axis: axis as u8,
+                at,
+                t: [b.lo[axis], b.hi[axis]],
+                f: [0.0; 2],
+                d: [0.0; 2],
+            }
+        })
+        .collect();
+    segments.sort_by_key(|s| s.owner);
+    let mut roots = Roots::default();
+    solve(region, count, axes, segments, stations, &mut roots)?;
+    let mut of_line: Vec<(u64, u32)> = roots.line.iter().copied().zip(0u32..).collect();
+    of_line.sort_unstable();
+    let mut out = Vec::new();
+    for group in of_line.chunk_by(|a, b| a.0 == b.0) {
+        let own = rng.child(group[0].0);
+        // Each root of the line is as likely as the only root of another.
+        let slot = (own.unit(8) * MOST.max(group.len()) as f64) as usize;
+        let Some(&(_, i)) = group.get(slot) else { continue };
+        let (p, g) = (roots.points[i as usize], roots.gradients[i as usize]);
+        let n = unit(g);
+        let weight = 1.0 / (n[0].abs() + n[1].abs() + n[2].abs()).max(1.0);
+        if own.unit(9) < weight {
+            out.push((p, g));
+        }
+    }
+    Ok(out)
+}
+
+/// All roots on the segments.
+fn solve(
+    region: &Region<'_>,
+    count: &mut u64,
+    axes: usize,
+    mut brackets: Vec<Bracket>,
+    stations: usize,
+    roots: &mut Roots,
+) -> Result<(), FieldError> {
+    let hidden = isolate(region, count, &mut brackets, stations)?;
+    brackets.extend(hidden);
+    brackets.sort_by_key(|b| b.owner);
+    refine(region, count, brackets, axes, roots)
 }
 
 /// Segments of lines through the boxes, at quasi-random places in each cross-section.
@@ -211,16 +286,17 @@ fn isolate(
     region: &Region<'_>,
     count: &mut u64,
     segments: &mut Vec<Bracket>,
+    stations: usize,
 ) -> Result<Vec<Bracket>, FieldError> {
-    let station = |s: &Bracket, k: usize| s.t[0] + (s.t[1] - s.t[0]) * k as f64 / (STATIONS - 1) as f64;
+    let station = |s: &Bracket, k: usize| s.t[0] + (s.t[1] - s.t[0]) * k as f64 / (stations - 1) as f64;
     let points: Vec<V3> =
-        segments.iter().flat_map(|s| (0..STATIONS).map(move |k| s.point(station(s, k)))).collect();
+        segments.iter().flat_map(|s| (0..stations).map(move |k| s.point(station(s, k)))).collect();
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
     evaluate(region.surface(), count, &points, &mut value, &mut gradient)?;
     let (mut found, mut doubtful) = (Vec::new(), Vec::new());
     for (i, s) in segments.iter().enumerate() {
-        for k in 0..STATIONS - 1 {
-            let a = i * STATIONS + k;
+        for k in 0..stations - 1 {
+            let a = i * stations + k;
             let axis = s.axis as usize;
             let piece = Bracket {
                 t: [station(s, k), station(s, k + 1)],

@@ -20,7 +20,7 @@ use crate::population::linear;
 use crate::rng::{Rng, Stream};
 use crate::swarm::{Swarm, same_sheet};
 use crate::vector::{V3, distance, norm};
-pub(crate) use lines::{Roots, cast};
+pub(crate) use lines::{Roots, cast, draw};
 use rayon::prelude::*;
 pub(crate) use region::Region;
 

@@ -1,0 +1,296 @@
+//! The floaters of Witkin and Heckbert, "Using Particles to Sample and Control Implicit Surfaces" (SIGGRAPH '94),
+//! sections 3.3, 4 and 5, in full.
+//!
+//! Printed forms that do not work as they stand are corrected: β is 2.5/σ^i (the printed 10 has a unit), the
+//! self term is left out of all sums, children are displaced by ±½σ and projected, radii are held below σ^max, and a
+//! Newton step follows Euler's, so that φΔt need not be small.
+
+mod forces;
+pub mod modes;
+
+use isoswarm_field::{Aabb, Surface};
+
+use crate::Error;
+use crate::constraint::{Target, Walls, evaluate, floater_velocity, project};
+use crate::rng::{Rng, Stream};
+use crate::vector::{V3, add, along, norm, scale, sub, unit};
+use forces::{Force, forces};
+
+/// The constants of WH94 section 5; lengths in model units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// Δt, time step.
+    pub dt: f64,
+    /// φ, feedback that keeps floaters on the surface (1/time).
+    pub phi: f64,
+    /// ρ, feedback that keeps floaters energised (1/time).
+    pub rho: f64,
+    /// α, repulsion amplitude.
+    pub alpha: f64,
+    /// Ê, desired energy.
+    pub e_hat: f64,
+    /// β times σ^i, which prevents division by zero in eq. 12; WH94 prints β = 10 for one size of surface.
+    pub beta_sigma: f64,
+    /// σ̂, desired repulsion radius.
+    pub sigma_hat: f64,
+    /// σ^max, largest repulsion radius.
+    pub sigma_max: f64,
+    /// γ, speed in σ^i below which a floater is near equilibrium.
+    pub gamma: f64,
+    /// ν, part of Ê that a floater must have to split.
+    pub nu: f64,
+    /// δ, part of σ̂ below which a floater may die.
+    pub delta: f64,
+    /// Whether radii adapt (section 4.3) and floaters split and die (section 4.4); otherwise σ^i stays as it is.
+    pub adaptive: bool,
+}
+
+impl Parameters {
+    /// WH94's for a surface of the given diameter: σ^max = max(d/2, 1.5 σ̂).
+    pub fn new(diameter: f64, sigma_hat: f64) -> Self {
+        Self {
+            dt: 0.03,
+            phi: 15.0,
+            rho: 15.0,
+            alpha: 6.0,
+            e_hat: 0.8 * 6.0,
+            beta_sigma: 2.5,
+            sigma_hat,
+            sigma_max: (diameter / 2.0).max(1.5 * sigma_hat),
+            gamma: 4.0,
+            nu: 0.2,
+            delta: 0.7,
+            adaptive: true,
+        }
+    }
+}
+
+/// One floater per row.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Floaters {
+    /// Positions p^i.
+    pub points: Vec<[f64; 3]>,
+    /// Unit normals, zero where the gradient vanishes.
+    pub normals: Vec<[f64; 3]>,
+    /// Repulsion radii σ^i.
+    pub sigma: Vec<f64>,
+    /// Velocities of the last step.
+    pub velocity: Vec<[f64; 3]>,
+    /// Energies D^i of the last step.
+    pub energy: Vec<f64>,
+    /// Stable identities: never used twice.
+    pub id: Vec<u64>,
+    next_id: u64,
+    steps: u64,
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Happened {
+    /// Floaters that split.
+    pub births: usize,
+    /// Floaters that died.
+    pub deaths: usize,
+}
+
+impl Floaters {
+    /// Floaters at the points with one radius for all.
+    pub fn new(points: &[[f64; 3]], sigma: f64) -> Self {
+        let n = points.len();
+        Self {
+            points: points.to_vec(),
+            normals: vec![[0.0; 3]; n],
+            sigma: vec![sigma; n],
+            velocity: vec![[0.0; 3]; n],
+            energy: vec![0.0; n],
+            id: (0..n as u64).collect(),
+            next_id: n as u64,
+            steps: 0,
+        }
+    }
+
+    /// Number of floaters.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// One differential step in the order of WH94 section 5 (control points, which come first there, are not here).
+    ///
+    /// `motion` is (∂F/∂q)·q̇ at each floater while the surface moves, or empty. `bounds` clip the surface: their
+    /// faces are constraints. `evaluations` is increased by the number of points at which F is evaluated.
+    ///
+    /// # Errors
+    /// What the field reports.
+    pub fn step(
+        &mut self,
+        surface: &dyn Surface,
+        bounds: &Aabb,
+        motion: &[f64],
+        parameters: &Parameters,
+        seed: u64,
+        evaluations: &mut u64,
+    ) -> Result<Happened, Error> {
+        let walls = Walls::new(bounds, surface.axes());
+        let p = parameters;
+        let (mut value, mut gradient) = (Vec::new(), Vec::new());
+        evaluate(surface, evaluations, &self.points, &mut value, &mut gradient)?;
+        self.normals = gradient.iter().map(|&g| unit(g)).collect();
+        let least = 1e-9 * mean_length(&gradient);
+
+        // Repulsion forces between floaters set their desired velocities P^i (eq. 9).
+        let force = forces(&self.points, &self.normals, &self.sigma, p.alpha);
+
+        // Actual velocities, constrained by the surface and its motion (eq. 5). Where the gradient vanishes the
+        // surface is ill-defined and a floater rests. A step does not exceed σ̂ or σ^i, whichever is larger.
+        for i in 0..self.len() {
+            let moving = motion.get(i).copied().unwrap_or(0.0);
+            let desired = walls.slide(self.points[i], self.normals[i], force[i].desired);
+            let v = floater_velocity(desired, value[i], gradient[i], moving, p.phi, least);
+            let fastest = p.sigma_hat.max(self.sigma[i]) / p.dt;
+            self.velocity[i] = scale(v, (fastest / norm(v)).min(1.0));
+            self.energy[i] = force[i].energy;
+        }
+
+        // Changes of the repulsion radii (eqs. 12, 10 and 13) and Euler's method for both.
+        for i in 0..self.len() {
+            self.points[i] = walls.clamp(along(self.points[i], p.dt, self.velocity[i]));
+            if p.adaptive {
+                let rate = radius_rate(&force[i], self.sigma[i], p);
+                // Not to less than half in a step, and never beyond σ^max.
+                self.sigma[i] = (self.sigma[i] + p.dt * rate).max(0.5 * self.sigma[i]).min(p.sigma_max);
+            }
+        }
+        self.project(surface, &walls, p, least, evaluations)?;
+        let happened = if p.adaptive {
+            self.fission_and_death(surface, &walls, p, seed, least, evaluations)?
+        } else {
+            Happened::default()
+        };
+        self.steps += 1;
+        Ok(happened)
+    }
+
+    fn project(
+        &mut self,
+        surface: &dyn Surface,
+        walls: &Walls,
+        p: &Parameters,
+        least: f64,
+        evaluations: &mut u64,
+    ) -> Result<(), Error> {
+        let target = Target {
+            tolerance: 1e-4 * p.sigma_hat,
+            longest: p.sigma_max.min(4.0 * p.sigma_hat),
+            least,
+            rounds: 3,
+        };
+        project(surface, evaluations, walls, &mut self.points, &mut self.normals, target)?;
+        Ok(())
+    }
+
+    /// Tests each floater for fission and death (section 4.4).
+    fn fission_and_death(
+        &mut self,
+        surface: &dyn Surface,
+        walls: &Walls,
+        p: &Parameters,
+        seed: u64,
+        least: f64,
+        evaluations: &mut u64,
+    ) -> Result<Happened, Error> {
+        let chance = Rng::new(seed, Stream::Death).child(self.steps);
+        let way = Rng::new(seed, Stream::Fission).child(self.steps);
+        let (mut next, mut children) = (Self { next_id: self.next_id, ..Self::default() }, Vec::new());
+        let mut happened = Happened::default();
+        for i in 0..self.len() {
+            let sigma = self.sigma[i];
+            let still = norm(self.velocity[i]) < p.gamma * sigma;
+            let huge = sigma >= p.sigma_max;
+            let ripe = self.energy[i] > p.nu * p.e_hat && sigma > p.sigma_hat;
+            let small = sigma < p.delta * p.sigma_hat;
+            if still && (huge || ripe) {
+                // Both children get σ/√2 and lie ±½σ from their parent in a random tangential direction.
+                let direction = way.direction(self.id[i], walls.axes);
+                let tangent = unit(walls.slide(self.points[i], self.normals[i], direction));
+                let offset = scale(tangent, (0.5 * sigma).min(p.sigma_hat));
+                for place in [add(self.points[i], offset), sub(self.points[i], offset)] {
+                    let id = next.next_id;
+                    next.next_id += 1;
+                    children.push(next.len());
+                    next.push(
+                        walls.clamp(place),
+                        self.normals[i],
+                        sigma / std::f64::consts::SQRT_2,
+                        self.energy[i],
+                        id,
+                    );
+                }
+                happened.births += 1;
+            } else if still
+                && small
+                && self.len() - happened.deaths > 1
+                && chance.unit(self.id[i]) > sigma / (p.delta * p.sigma_hat)
+            {
+                happened.deaths += 1;
+            } else {
+                next.push(self.points[i], self.normals[i], sigma, self.energy[i], self.id[i]);
+                *next.velocity.last_mut().expect("pushed above") = self.velocity[i];
+            }
+        }
+        let mut points: Vec<V3> = children.iter().map(|&k| next.points[k]).collect();
+        let mut normals: Vec<V3> = children.iter().map(|&k| next.normals[k]).collect();
+        let target = Target { tolerance: 1e-4 * p.sigma_hat, longest: p.sigma_hat, least, rounds: 4 };
+        project(surface, evaluations, walls, &mut points, &mut normals, target)?;
+        for (k, &at) in children.iter().enumerate() {
+            next.points[at] = points[k];
+            next.normals[at] = normals[k];
+        }
+        next.steps = self.steps;
+        *self = next;
+        Ok(happened)
+    }
+
+    /// Global fissioning (section 4.2): every floater splits and all radii shrink by √2.
+    pub fn split_all(&mut self, bounds: &Aabb, axes: usize, seed: u64) {
+        let walls = Walls::new(bounds, axes);
+        let way = Rng::new(seed, Stream::Fission).child(self.steps);
+        let mut next = Self { next_id: self.next_id, steps: self.steps, ..Self::default() };
+        for i in 0..self.len() {
+            let direction = way.direction(self.id[i], axes);
+            let tangent = unit(walls.slide(self.points[i], self.normals[i], direction));
+            let offset = scale(tangent, 0.5 * self.sigma[i]);
+            for place in [add(self.points[i], offset), sub(self.points[i], offset)] {
+                let id = next.next_id;
+                next.next_id += 1;
+                let shrink = if axes == 2 { 2.0 } else { std::f64::consts::SQRT_2 };
+                next.push(walls.clamp(place), self.normals[i], self.sigma[i] / shrink, 0.0, id);
+            }
+        }
+        *self = next;
+    }
+
+    fn push(&mut self, point: V3, normal: V3, sigma: f64, energy: f64, id: u64) {
+        self.points.push(point);
+        self.normals.push(normal);
+        self.sigma.push(sigma);
+        self.velocity.push([0.0; 3]);
+        self.energy.push(energy);
+        self.id.push(id);
+    }
+}
+
+/// σ̇^i (eq. 12), from Ḋ^i = -ρ (D^i - Ê) (eq. 10) and ∂D^i/∂σ^i (eq. 13).
+fn radius_rate(force: &Force, sigma: f64, p: &Parameters) -> f64 {
+    let d_rate = -p.rho * (force.energy - p.e_hat);
+    d_rate / (force.energy_by_sigma + p.beta_sigma / sigma)
+}
+
+fn mean_length(gradient: &[V3]) -> f64 {
+    let lengths = gradient.iter().map(|&g| norm(g)).filter(|l| l.is_finite());
+    lengths.sum::<f64>() / gradient.len().max(1) as f64
+}
