@@ -38,7 +38,9 @@ pub fn particles(error: ParticlesError) -> PyErr {
         ParticlesError::Option { .. } | ParticlesError::Bounds { .. } => PyValueError::new_err(message),
         ParticlesError::TooFew { components, .. } => TooFewError::new_err((message, components)),
         ParticlesError::TooMany { .. } => TooLargeError::new_err(message),
-        ParticlesError::Density { .. } => callback::raised().unwrap_or_else(|| CallbackError::new_err(message)),
+        ParticlesError::Density { .. } => {
+            callback::raised().unwrap_or_else(|| CallbackError::new_err(message))
+        }
         ParticlesError::Field(error) => field(error),
     }
 }

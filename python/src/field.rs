@@ -241,7 +241,11 @@ impl Model {
     }
 
     /// F, (n,).
-    fn value<'py>(&self, py: Python<'py>, points: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn value<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         self.single()?;
         let out = self.evaluate(py, &points, 1, |field, x, out| field.value(x, out))?;
         Ok(arrays::from_column(py, out))
@@ -287,7 +291,11 @@ impl Model {
     }
 
     /// ∂²F/∂x², (n, 3, 3).
-    fn hessian<'py>(&self, py: Python<'py>, points: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    fn hessian<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let axes = self.single()?.axes();
         let out = self.evaluate(py, &points, 9, |field, x, out| {
             let mut all = vec![0.0; out.len() / 9 * axes * axes];

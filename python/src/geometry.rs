@@ -3,7 +3,9 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use isoswarm_geometry::{self as core, Background, Coloring, GeometryError, Picture, PictureOptions, PointCloud};
+use isoswarm_geometry::{
+    self as core, Background, Coloring, GeometryError, Picture, PictureOptions, PointCloud,
+};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -79,7 +79,9 @@ pub fn sample<'py>(
         amount,
         bounds: Aabb::new(lo, hi),
         method: self::method(method)?,
-        density: density.map(|d| if d.is_callable() { DensityRequest::Function(d.unbind()) } else { DensityRequest::Curvature }),
+        density: density.map(|d| {
+            if d.is_callable() { DensityRequest::Function(d.unbind()) } else { DensityRequest::Curvature }
+        }),
         seed,
         start: start.map(|points| arrays::points("start", &points)).transpose()?,
         most,
@@ -145,10 +147,13 @@ fn columns(py: Python<'_>, samples: Samples) -> PyResult<Bound<'_, PyDict>> {
 fn report<'py>(py: Python<'py>, r: &Report) -> PyResult<Bound<'py, PyDict>> {
     let d = PyDict::new(py);
     d.set_item("status", r.status.name())?;
-    d.set_item("reason", match &r.status {
-        Status::NotConverged(reason) => reason.as_str(),
-        Status::Converged | Status::Empty => "",
-    })?;
+    d.set_item(
+        "reason",
+        match &r.status {
+            Status::NotConverged(reason) => reason.as_str(),
+            Status::Converged | Status::Empty => "",
+        },
+    )?;
     d.set_item("components", r.components)?;
     d.set_item("certified", r.certified)?;
     d.set_item("max_error", r.max_error)?;
@@ -177,7 +182,9 @@ pub fn measure<'py>(
     let (points, normals) = (arrays::points("points", &points)?, arrays::points("normals", &normals)?);
     if points.len() != normals.len() {
         let (n, m) = (points.len(), normals.len());
-        return Err(PyValueError::new_err(format!("normals: expected {n} rows, one for each point, given {m}")));
+        return Err(PyValueError::new_err(format!(
+            "normals: expected {n} rows, one for each point, given {m}"
+        )));
     }
     let bounds = bounds.map(|(lo, hi)| Aabb::new(lo, hi));
     let found = py.detach(|| core::metrics::evenness(&points, &normals, bounds.as_ref(), axes));

@@ -40,7 +40,10 @@ impl Watch {
             if let Err(error) = Python::attach(|py| {
                 py.check_signals()?;
                 if let (true, Some(f)) = (report, &self.callback) {
-                    f.call1(py, (name(progress.phase), progress.fraction, progress.floaters, progress.steps))?;
+                    f.call1(
+                        py,
+                        (name(progress.phase), progress.fraction, progress.floaters, progress.steps),
+                    )?;
                 }
                 Ok(())
             }) {
