@@ -46,7 +46,7 @@ def test_random_points_are_as_theory_says() -> None:
     even = iso.metrics.evenness(samples)
     assert even.rho_avg == pytest.approx(0.465, abs=0.01)
     assert even.cv == pytest.approx(0.523, abs=0.015)
-    assert even.six_valent == pytest.approx(0.295, abs=0.02)
+    assert even.six_valent == pytest.approx(0.295, abs=0.03)
 
 
 def test_normals_are_asked_for() -> None:
