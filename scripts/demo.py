@@ -10,18 +10,14 @@ COUNT = 100_000
 
 
 def main() -> int:
-    """Sample, report, and draw; returns the first exit code that is not 0."""
+    """Sample, report, and draw; returns the command's exit code."""
     points, picture = OUTPUT / "1tii.ply", OUTPUT / "1tii.png"
-    print(f"{COUNT:,} samples on the surface of {MODEL}, a bacterial toxin, without its water:\n")
-    for arguments in (
-        ["sample", MODEL, "-n", str(COUNT), "-o", str(points)],
-        ["view", MODEL, "-n", str(COUNT), "-o", str(picture), "--style", "surface"],
-    ):
-        code = subprocess.run(["isoswarm", *arguments], check=False).returncode
-        if code:
-            return code
-    print(f"\nOpen {points} in MeshLab, Blender or Python; look at {picture}.")
-    return 0
+    command = ["isoswarm", "sample", MODEL, "-n", str(COUNT), "-o", str(points), "--picture", str(picture)]
+    print(f"{COUNT:,} samples on the surface of a bacterial toxin, without its water:\n\n$ {' '.join(command)}\n")
+    code = subprocess.run(command, check=False).returncode
+    if code == 0:
+        print(f"\nOpen {points} in MeshLab, Blender or Python; look at {picture}.")
+    return code
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@
 ((2000, 3), (2000, 3))
 """
 
-from isoswarm import errors, functions, metrics, shapes
+import isoswarm.functions as functions
+from isoswarm import errors, metrics, shapes
 from isoswarm._core import __version__
 from isoswarm.blobs import *  # noqa: F403
 from isoswarm.blobs import __all__ as _blobs

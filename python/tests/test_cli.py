@@ -25,10 +25,12 @@ def run(*arguments: object) -> Result:
 
 
 def test_sample_writes_the_points(tmp_path: Path) -> None:
-    path = tmp_path / "points.ply"
-    result = run("sample", BALL, "-n", 500, "-o", path)
+    path, picture = tmp_path / "points.ply", tmp_path / "points.png"
+    result = run("sample", BALL, "-n", 500, "-o", path, "--picture", picture)
     assert result.exit_code == 0, result.output
     assert len(plyfile.PlyData.read(path)["vertex"]) == 500
+    with Image.open(picture) as image:
+        assert image.size == (1200, 900)
     assert "components" in result.stdout
     assert f"wrote {path}" in result.stderr
 
@@ -80,9 +82,9 @@ def test_info() -> None:
 def test_view(tmp_path: Path) -> None:
     path = tmp_path / "ball.png"
     assert run("view", BALL, "-o", path, "--size", "160x120", "-n", 500).exit_code == 0
-    image = Image.open(path)
-    assert image.size == (160, 120)
-    assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 100
+    with Image.open(path) as image:
+        assert image.size == (160, 120)
+        assert len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)) > 100
 
 
 def test_a_molecule(tmp_path: Path) -> None:

@@ -50,6 +50,9 @@ def sample_command(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="A .ply, .npz, .obj or .csv file.", dir_okay=False)
     ] = None,
+    picture: Annotated[
+        Path | None, typer.Option("--picture", help="Draw them, too: a .png file.", dir_okay=False)
+    ] = None,
     count: Count = None,
     spacing: Spacing = None,
     bounds: Bounds = None,
@@ -68,7 +71,9 @@ def sample_command(
     """Spread points evenly over the surface of MODEL."""
     with reported():
         if output is not None:
-            _check_ending(output, (".ply", ".npz", ".obj", ".csv"))
+            _check_ending("--output", output, (".ply", ".npz", ".obj", ".csv"))
+        if picture is not None:
+            _check_ending("--picture", picture, (".png",))
         field = models.read(model, settings or [], water, axes)
         samples = _sampled(
             field,
@@ -83,12 +88,14 @@ def sample_command(
         )
         if output is not None:
             samples.save(output)
+        if picture is not None and len(samples):
+            samples.picture(picture, style="surface")
         if as_json:
             print_json({"n": len(samples), "output": str(output) if output else None, **samples.report.as_dict()})
         elif not quiet:
             _print_rows([("points", f"{len(samples):,}"), *samples.report.rows()])
-            if output is not None:
-                errors.print(f"wrote {output}", markup=False)
+            for path in filter(None, (output, picture)):
+                errors.print(f"wrote {path}", markup=False)
         finish(samples.report)
 
 
@@ -138,7 +145,7 @@ def view_command(
 ) -> None:
     """Draw the surface of MODEL as lit discs."""
     with reported():
-        _check_ending(output, (".png",))
+        _check_ending("--output", output, (".png",))
         width, height = _size(size)
         field = models.read(model, settings or [], water, axes)
         samples = _sampled(field, quiet, n=count, bounds=models.bounds(bounds), seed=seed, time_limit=time_limit)
@@ -202,12 +209,12 @@ def _sampled(field: Field, quiet: bool, *, method: str = "floaters", **request: 
         )
 
 
-def _check_ending(path: Path, endings: tuple[str, ...]) -> None:
+def _check_ending(option: str, path: Path, endings: tuple[str, ...]) -> None:
     """Fail before the work rather than after it."""
     if path.suffix.lower() not in endings:
-        raise ValueError(f"--output: expected a file that ends in {', '.join(endings)}, given {path}")
+        raise ValueError(f"{option}: expected a file that ends in {', '.join(endings)}, given {path}")
     if not path.absolute().parent.is_dir():
-        raise ValueError(f"--output: there is no folder {path.absolute().parent}; create it first")
+        raise ValueError(f"{option}: there is no folder {path.absolute().parent}; create it first")
 
 
 def _size(text: str) -> tuple[int, int]:
