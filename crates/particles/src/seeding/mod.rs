@@ -25,7 +25,7 @@ use rayon::prelude::*;
 pub(crate) use region::Region;
 
 /// Boxes to aim at: enough to isolate small parts, few enough to take milliseconds.
-const BOXES: usize = 12_000;
+const BOXES: usize = 6_000;
 
 /// What is known of a surface before any floater moves.
 pub(crate) struct Seeds<'s> {

@@ -11,11 +11,11 @@ use crate::vector::{V3, norm};
 /// Newton steps from the middle of a box.
 const STEPS: usize = 6;
 /// Boxes in doubt that are subdivided; the rest stays in doubt.
-const SUBDIVIDED: usize = 512;
+const SUBDIVIDED: usize = 20_000;
 /// How finely they are.
-const PARTS: f64 = 16.0;
+const PARTS: f64 = 8.0;
 /// Most parts of a box.
-const MOST: usize = 4096;
+const MOST: usize = 1024;
 
 /// Looks for roots in every box that has none. Gives the number of boxes in which, and around which, nothing was
 /// found and which could not be shown to be empty either.
