@@ -63,6 +63,8 @@ impl<S: Scalar> Neg for Dual<S> {
     }
 }
 
+// The product and quotient rules add and subtract.
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl<S: Scalar> Mul for Dual<S> {
     type Output = Self;
     #[inline(always)]
@@ -71,6 +73,8 @@ impl<S: Scalar> Mul for Dual<S> {
     }
 }
 
+// The product and quotient rules add and subtract.
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl<S: Scalar> Div for Dual<S> {
     type Output = Self;
     #[inline(always)]

@@ -316,7 +316,7 @@ impl Scalar for Interval {
             let (p, q) = (corner(base.lo, b.lo), corner(base.hi, b.lo));
             return Self::around([p, q, p, q], ulps);
         }
-        if !(b.lo > 0.0) {
+        if b.lo <= 0.0 {
             return Self::ENTIRE;
         }
         // Negative bases have powers for the whole exponents only, if there are any.

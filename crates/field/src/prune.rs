@@ -57,9 +57,9 @@ impl Tape {
 
     /// The tape for box `lane` of the pass in `scratch`, which ran over this tape with the same `uniforms`.
     ///
-    /// Values and derivatives in the box are the same to the last bit, except that exponentials which together
-    /// change F by no more than `exps * tail` are dropped (`tail` = 0: none are; `exps` is their number in the
-    /// tape that was compiled, so that pruning again and again stays within the bound).
+    /// Values in the box are the same to the last bit, derivatives but for the order of their sums; except that
+    /// exponentials which together change F by no more than `exps * tail` are dropped (`tail` = 0: none are; `exps`
+    /// is their number in the tape that was compiled, so that pruning again and again stays within the bound).
     pub(crate) fn pruned(
         &self,
         uniforms: &[Interval],

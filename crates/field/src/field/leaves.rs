@@ -6,8 +6,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::{CHUNK, Field, Part};
-use crate::kernel::{Batch, Columns, Want, run};
+use crate::kernel::{Batch, Columns, Rows, Want, run};
 use crate::model::{Callback, Leaf};
+use crate::program::{Program, Purpose};
 use crate::tape::Tape;
 use crate::{Aabb, FieldError, Graph};
 
@@ -32,27 +33,73 @@ impl LeafStage {
     }
 }
 
-/// What the leaves answered: (n, L) values and (n, L, d) derivatives with respect to the field's coordinates.
+/// What the leaves answered: (n, L) values, and their derivatives with respect to the field's coordinates
+/// (n, L, d) and, where they are wanted, to its free parameters (n, L, m): those that move where a leaf is called.
 #[derive(Default)]
 pub(super) struct LeafOutputs {
     pub value: Vec<f64>,
     gradient: Vec<f64>,
+    parameters: Vec<f64>,
     leaves: usize,
+}
+
+/// Which derivatives of the leaves are wanted.
+#[derive(Clone, Copy)]
+pub(super) enum Slopes<'a> {
+    None,
+    /// With respect to the coordinates.
+    Points,
+    /// And to `count` free parameters: the column of each parameter, or none.
+    Parameters {
+        columns: &'a [Option<usize>],
+        count: usize,
+    },
 }
 
 impl LeafOutputs {
     /// Adds (∂F/∂leaf)(∂leaf/∂x) to component `c` of the gradient.
-    pub(super) fn chain(&self, adjoints: &[f64], gradient: &mut [f64], (k, c, d): (usize, usize, usize)) {
-        if self.leaves == 0 {
+    pub(super) fn chain(&self, adjoints: &[f64], gradient: &mut [f64], shape: (usize, usize, usize)) {
+        self.add_products(adjoints, &self.gradient, gradient, shape);
+    }
+
+    /// Adds (∂F/∂leaf)(∂leaf/∂q) to component `c` of ∂F/∂q: (n, k, m).
+    pub(super) fn chain_parameters(&self, adjoints: &[f64], q: &mut [f64], shape: (usize, usize, usize)) {
+        self.add_products(adjoints, &self.parameters, q, shape);
+    }
+
+    fn add_products(
+        &self,
+        adjoints: &[f64],
+        slopes: &[f64],
+        to: &mut [f64],
+        (k, c, d): (usize, usize, usize),
+    ) {
+        if self.leaves == 0 || d == 0 {
             return;
         }
-        let points = adjoints.chunks_exact(self.leaves).zip(self.gradient.chunks_exact(self.leaves * d));
-        for ((adjoint, slopes), g) in points.zip(gradient.chunks_exact_mut(k * d)) {
+        let points = adjoints.chunks_exact(self.leaves).zip(slopes.chunks_exact(self.leaves * d));
+        for ((adjoint, slopes), g) in points.zip(to.chunks_exact_mut(k * d)) {
             for (w, slope) in adjoint.iter().zip(slopes.chunks_exact(d)) {
                 for a in 0..d {
                     g[c * d + a] += w * slope[a];
                 }
             }
+        }
+    }
+}
+
+/// (n, width) from the gradients (n, 3) at a leaf's coordinates, given those coordinates' derivatives: into leaf `l`
+/// of (n, L, width).
+fn through_coordinates(
+    gradient: &[[f64; 3]],
+    jacobian: &[Vec<f64>],
+    out: &mut [f64],
+    (count, l, width): (usize, usize, usize),
+) {
+    for (j, g) in gradient.iter().enumerate() {
+        for a in 0..width {
+            out[(j * count + l) * width + a] =
+                jacobian.iter().zip(g).map(|(column, g)| g * column[j * width + a]).sum();
         }
     }
 }
@@ -102,13 +149,40 @@ fn differences(
     Ok(())
 }
 
+/// The derivatives of one of a leaf's coordinates with respect to the free parameters: (n, m).
+fn coordinate_parameters(
+    part: &Part,
+    uniforms: &[f64],
+    batch: &Batch,
+    columns: &[Option<usize>],
+    m: usize,
+) -> Vec<f64> {
+    let (n, d, leaves) = (batch.len(), batch.axes, batch.leaves);
+    let mut q = vec![0.0; n * m];
+    let rows = Rows::new(&part.tape.uniforms, columns);
+    if rows.columns.is_empty() {
+        return q;
+    }
+    let program = Program::new(&part.tape, Purpose::Everything);
+    q.par_chunks_mut(CHUNK * m).enumerate().for_each(|(k, data)| {
+        let points = batch.slice(k * CHUNK, data.len() / m);
+        let n = points.len();
+        let (mut value, mut x, mut adjoints) = (vec![0.0; n], vec![0.0; n * d], vec![0.0; n * leaves]);
+        let x = Columns { data: &mut x, stride: d };
+        let leaves = Columns { data: &mut adjoints, stride: leaves };
+        let q = Columns { data, stride: m };
+        run(&program, uniforms, points, &mut value, Want::Parameters { x, leaves, rows: &rows, q });
+    });
+    q
+}
+
 impl Field {
     /// Calls every leaf once for all points.
     pub(super) fn leaf_outputs(
         &self,
         points: &[f64],
         stride: usize,
-        slopes: bool,
+        wanted: Slopes,
     ) -> Result<LeafOutputs, FieldError> {
         let (leaves, d) = (&self.compiled.leaves, self.axes());
         let n = points.len() / stride;
@@ -117,12 +191,20 @@ impl Field {
         if count == 0 {
             return Ok(out);
         }
+        let slopes = !matches!(wanted, Slopes::None);
+        let (columns, m) = match wanted {
+            Slopes::Parameters { columns, count } => (Some(columns), count),
+            _ => (None, 0),
+        };
+        out.parameters = vec![0.0; n * count * m];
         out.value = vec![0.0; n * count];
         out.gradient = vec![0.0; if slopes { n * count * d } else { 0 }];
         for (l, leaf) in leaves.iter().enumerate() {
             let mut at = vec![[0.0; 3]; n];
             // ∂(coordinate i)/∂x, (n, d) for each i.
             let mut jacobian: Vec<Vec<f64>> = Vec::new();
+            // ∂(coordinate i)/∂q, (n, m) for each i.
+            let mut movement: Vec<Vec<f64>> = Vec::new();
             for (i, part) in leaf.inputs.iter().enumerate() {
                 let uniforms =
                     part.tape.uniforms.evaluate(&self.params.iter().map(|p| p.value).collect::<Vec<_>>());
@@ -142,6 +224,11 @@ impl Field {
                     );
                     out.chain(&adjoints, &mut slope, (1, 0, d));
                     jacobian.push(slope);
+                    if let (Some(columns), true) = (columns, m > 0) {
+                        let mut q = coordinate_parameters(part, &uniforms, &batch, columns, m);
+                        out.chain_parameters(&adjoints, &mut q, (1, 0, m));
+                        movement.push(q);
+                    }
                 } else {
                     column.par_chunks_mut(CHUNK).enumerate().for_each(|(k, v)| {
                         run(&part.value, &uniforms, batch.slice(k * CHUNK, v.len()), v, Want::Value);
@@ -158,11 +245,9 @@ impl Field {
                     Some(result) => result?,
                     None => differences(leaf, &at, &mut value, &mut gradient)?,
                 }
-                for j in 0..n {
-                    for a in 0..d {
-                        out.gradient[(j * count + l) * d + a] =
-                            (0..jacobian.len()).map(|i| gradient[j][i] * jacobian[i][j * d + a]).sum();
-                    }
+                through_coordinates(&gradient, &jacobian, &mut out.gradient, (count, l, d));
+                if m > 0 {
+                    through_coordinates(&gradient, &movement, &mut out.parameters, (count, l, m));
                 }
             } else {
                 leaf.callback.value(&at, &mut value)?;

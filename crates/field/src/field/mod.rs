@@ -16,7 +16,7 @@ use crate::program::{Program, Purpose};
 use crate::scalar::Scalar;
 use crate::tape::Tape;
 use crate::{Aabb, Dual, FieldError, MAX_AXES};
-use leaves::{LeafOutputs, LeafStage};
+use leaves::{LeafOutputs, LeafStage, Slopes};
 
 /// Points that one task evaluates.
 const CHUNK: usize = 1024;
@@ -219,7 +219,7 @@ impl Field {
     pub fn value(&self, points: &[f64], value: &mut [f64]) -> Result<(), FieldError> {
         let (n, k) = (self.count(points)?, self.components());
         Self::expect("value", value, n * k)?;
-        let outputs = self.leaf_outputs(points, self.axes(), false)?;
+        let outputs = self.leaf_outputs(points, self.axes(), Slopes::None)?;
         let batch = self.batch(points, &outputs);
         for c in 0..k {
             let (program, uniforms) = (&self.compiled.parts[c].value, &self.uniforms[c]);
@@ -295,11 +295,16 @@ impl Field {
         if n == 0 {
             return Ok(());
         }
-        let outputs = self.leaf_outputs(points, d, true)?;
-        let batch = self.batch(points, &outputs);
-        let leaves = self.compiled.leaves.len();
         let m = q.as_ref().map_or(0, |q| q.len() / (n * k));
         let columns = self.columns();
+        let free = self.free();
+        let slopes = match (&rate, &q) {
+            (None, None) => Slopes::Points,
+            _ => Slopes::Parameters { columns: &columns, count: free.len() },
+        };
+        let outputs = self.leaf_outputs(points, d, slopes)?;
+        let batch = self.batch(points, &outputs);
+        let leaves = self.compiled.leaves.len();
         let mut adjoints = vec![0.0; n * leaves];
         for c in 0..k {
             let (part, uniforms) = (&self.compiled.parts[c], &self.uniforms[c]);
@@ -327,6 +332,10 @@ impl Field {
                 let want = match (rate, q, &rates, &rows) {
                     (Some(rate), _, Some(rates), _) => Want::Rate { x, leaves, rates, rate },
                     (_, Some(data), _, Some(rows)) => {
+                        // Parameters that F does not depend on have no row to write.
+                        if rows.columns.len() < m {
+                            data.fill(0.0);
+                        }
                         Want::Parameters { x, leaves, rows, q: Columns { data, stride: m } }
                     }
                     _ => Want::Gradient { x, leaves },
@@ -344,6 +353,16 @@ impl Field {
                 }
             }
             outputs.chain(&adjoints, gradient, (k, c, d));
+            if let (Some(q), true) = (&mut q, leaves > 0) {
+                outputs.chain_parameters(&adjoints, q, (k, c, m));
+            }
+            if let (Some((rates, rate)), true) = (&mut rate, leaves > 0) {
+                let mut q = vec![0.0; n * free.len()];
+                outputs.chain_parameters(&adjoints, &mut q, (1, 0, free.len()));
+                for (i, row) in q.chunks_exact(free.len().max(1)).enumerate() {
+                    rate[i * k + c] += row.iter().zip(&free).map(|(g, &p)| g * rates[p]).sum::<f64>();
+                }
+            }
         }
         Ok(())
     }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::test_runner::{Config, RngSeed, TestCaseError, TestRunner};
 
+use super::Failure;
 use super::reference::reached;
 use crate::graph::Expr;
 use crate::model::{Category, Kind, Layout, Operands, Param, Payload, PayloadKind, Value, kind, kinds};
@@ -178,7 +180,7 @@ pub fn node(
             let mut all: Vec<Value> = params.iter().map(|p| Value::Number(p.value)).collect();
             for i in 0..3 * kind.group.len() {
                 let spec = &kind.group[i % kind.group.len()];
-                let t = numbers().unwrap_or(0.3 * (i % 3) as f64);
+                let t = numbers().unwrap_or(0.19 * (i * 3 % 5) as f64);
                 all.push(Value::Number(around(spec.default, spec.bounds, spec.discrete, t)));
             }
             return Model::call(kind.name, all, vec![]);
@@ -304,4 +306,27 @@ pub fn scattered(n: usize, half: f64, seed: u64) -> Vec<[f64; 3]> {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     };
     (0..n).map(|_| std::array::from_fn(|_| half * (2.0 * next() - 1.0))).collect()
+}
+
+/// Runs a check on `cases` random inputs, the same in every run for the same `seed`, and panics with the smallest
+/// input that fails. The environment's `PROPTEST_CASES` and `PROPTEST_RNG_SEED` explore further.
+pub fn run<S: Strategy>(
+    cases: u32,
+    seed: u64,
+    strategy: S,
+    check: impl FnMut(S::Value) -> Result<(), Failure>,
+) {
+    let is_set = |name| std::env::var_os(name).is_some();
+    let asked = Config::default();
+    let config = Config {
+        cases: if is_set("PROPTEST_CASES") { asked.cases } else { cases },
+        rng_seed: if is_set("PROPTEST_RNG_SEED") { asked.rng_seed } else { RngSeed::Fixed(seed) },
+        failure_persistence: None,
+        ..asked
+    };
+    let check = std::cell::RefCell::new(check);
+    let one = |input| (check.borrow_mut())(input).map_err(TestCaseError::from);
+    if let Err(e) = TestRunner::new(config).run(&strategy, one) {
+        panic!("{e}");
+    }
 }

@@ -21,7 +21,7 @@ mod reference;
 pub use agreement::{batches_agree, evaluators_agree, rates_agree, threads_agree};
 pub use differences::{gradient_differences, hessian_differences, parameter_differences};
 pub use generate::{
-    BoxAt, Expression, Tree, boxes, each_kind, expressions, node, operations, points, scattered, trees,
+    BoxAt, Expression, Tree, boxes, each_kind, expressions, node, operations, points, run, scattered, trees,
 };
 pub use ranges::{cells_keep_zeros, intervals_contain, pruning_keeps};
 pub use reference::{Reference, Sample};
@@ -81,11 +81,12 @@ impl All {
     pub fn of(field: &Field, flat: &[f64], q_dot: &[f64]) -> Result<All, Failure> {
         let (k, d, m) = (field.components(), field.axes(), field.free().len());
         let n = flat.len() / d;
-        let zeros = |width: usize| vec![0.0; n * k * width];
+        // What is not written must show.
+        let blank = |width: usize| vec![f64::NAN; n * k * width];
         let mut a =
-            All { value: zeros(1), gradient: zeros(d), q: zeros(m), rate: zeros(1), hessian: zeros(d * d) };
+            All { value: blank(1), gradient: blank(d), q: blank(m), rate: blank(1), hessian: blank(d * d) };
         field.parameter_gradient(flat, &mut a.value, &mut a.gradient, &mut a.q)?;
-        let (mut value, mut gradient) = (zeros(1), zeros(d));
+        let (mut value, mut gradient) = (blank(1), blank(d));
         field.gradient_and_rate(flat, q_dot, &mut value, &mut gradient, &mut a.rate)?;
         field.hessian(flat, &mut a.hessian)?;
         Ok(a)
