@@ -16,7 +16,7 @@ from typing import Any
 PACKAGE = Path(__file__).parent.parent / "python" / "isoswarm"
 SOLIDS = ("shape", "operator", "deformation")
 BY_HAND = {"algebraic", "blend", "blobs", "blobby_cylinders", "metaballs", "gaussians"}
-"""Kinds whose arguments are arrays or functions: in blobs.py and special.py."""
+"""Kinds whose arguments are arrays or functions: in bumps.py and special.py."""
 
 HEADER = '''"""{title}
 

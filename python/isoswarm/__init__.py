@@ -10,14 +10,14 @@
 import isoswarm.functions as functions
 from isoswarm import errors, metrics, shapes
 from isoswarm._core import __version__
-from isoswarm.blobs import *  # noqa: F403
-from isoswarm.blobs import __all__ as _blobs
+from isoswarm.bumps import *  # noqa: F403
+from isoswarm.bumps import __all__ as _blobs
 from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, diagnose
 from isoswarm.errors import *  # noqa: F403
 from isoswarm.errors import __all__ as _errors
 from isoswarm.field import Field, Operand, Parameter, Parameters
 from isoswarm.loading import from_function, load, parse
-from isoswarm.molecule import Atoms, molecule, read_atoms
+from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.shapes import *  # noqa: F403

@@ -7,8 +7,8 @@ from typing import Any
 
 from isoswarm.field import Field
 from isoswarm.loading import load, parse
-from isoswarm.molecule import ENDINGS as MOLECULES
-from isoswarm.molecule import molecule
+from isoswarm.molecules import ENDINGS as MOLECULES
+from isoswarm.molecules import molecule
 
 HELP = (
     "A formula such as 'x^2 + y^2 + z^2 - 1' or 'sphere(r=1) | box(2, 1, 1)', a .vm or .iso.json model, or a "

@@ -11,7 +11,7 @@ import gemmi
 import numpy as np
 
 from isoswarm._arrays import Floats
-from isoswarm.blobs import gaussians, metaballs
+from isoswarm.bumps import gaussians, metaballs
 from isoswarm.field import Field
 
 __all__ = ["ENDINGS", "Atoms", "molecule", "read_atoms"]
