@@ -28,6 +28,7 @@ macro_rules! dispatch {
             Op::Round => $run!(Op::Round),
             Op::Add => $run!(Op::Add),
             Op::Sub => $run!(Op::Sub),
+            Op::SquaredDifference => $run!(Op::SquaredDifference),
             Op::Mul => $run!(Op::Mul),
             Op::Div => $run!(Op::Div),
             Op::Min => $run!(Op::Min),

@@ -86,10 +86,11 @@ impl Graph {
         if let Some(v) = self.as_constant(a) {
             return self.constant(apply(op, v, v, v));
         }
-        if let Expr::Op(inner, [x, ..]) = self.exprs[a.0 as usize] {
+        if let Expr::Op(inner, [x, y, _]) = self.exprs[a.0 as usize] {
             match (op, inner) {
+                (Op::Square, Op::Sub) => return self.binary(Op::SquaredDifference, x, y),
                 (Op::Neg, Op::Neg) => return x,
-                (Op::Abs, Op::Abs | Op::Square | Op::Exp | Op::Sqrt) => return a,
+                (Op::Abs, Op::Abs | Op::Square | Op::SquaredDifference | Op::Exp | Op::Sqrt) => return a,
                 (Op::Abs | Op::Square, Op::Neg) => return self.unary(op, x),
                 (Op::Square, Op::Abs) => return self.unary(op, x),
                 _ => {}
@@ -111,6 +112,8 @@ impl Graph {
             (Op::Sub, Some(0.0), _) | (Op::Mul, Some(-1.0), _) => return self.unary(Op::Neg, b),
             (Op::Mul | Op::Div, _, Some(-1.0)) => return self.unary(Op::Neg, a),
             (Op::Mul | Op::Div, Some(0.0), _) | (Op::Mul, _, Some(0.0)) => return self.constant(0.0),
+            (Op::SquaredDifference, Some(0.0), _) => return self.unary(Op::Square, b),
+            (Op::SquaredDifference, _, Some(0.0)) => return self.unary(Op::Square, a),
             (Op::Pow, _, Some(0.0)) => return self.constant(1.0),
             (Op::Pow, _, Some(0.5)) => return self.unary(Op::Sqrt, a),
             (Op::Pow, _, Some(n)) if n.fract() == 0.0 && n.abs() <= 64.0 => {
@@ -126,7 +129,7 @@ impl Graph {
                 }
                 Op::Mul => return self.unary(Op::Square, a),
                 Op::Min | Op::Max => return a,
-                Op::Sub | Op::Less => return self.constant(0.0),
+                Op::Sub | Op::SquaredDifference | Op::Less => return self.constant(0.0),
                 Op::Div => return self.constant(1.0),
                 _ => {}
             }

@@ -83,7 +83,7 @@ fn with_scratch<R>(n: usize, f: impl FnOnce(&mut [f64]) -> R) -> R {
 
 /// Points of a block. One length for each kind of derivative: every further one costs a copy of all loops.
 const LONG: usize = 64;
-const WITH_PARAMETERS: usize = 16;
+const WITH_PARAMETERS: usize = 32;
 
 /// What a run computes besides F.
 pub(crate) enum Want<'a, 'b> {

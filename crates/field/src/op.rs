@@ -42,6 +42,8 @@ pub enum Op {
     Add,
     /// a − b
     Sub,
+    /// (a − b)²: half of all that distances are made of.
+    SquaredDifference,
     /// a · b
     Mul,
     /// a / b
@@ -64,7 +66,7 @@ pub enum Op {
 
 impl Op {
     /// Every operation, for exhaustive tests.
-    pub const ALL: [Op; 26] = [
+    pub const ALL: [Op; 27] = [
         Op::Neg,
         Op::Abs,
         Op::Sqrt,
@@ -82,6 +84,7 @@ impl Op {
         Op::Round,
         Op::Add,
         Op::Sub,
+        Op::SquaredDifference,
         Op::Mul,
         Op::Div,
         Op::Min,
@@ -106,7 +109,16 @@ impl Op {
     pub const fn takes_uniform_second(self) -> bool {
         matches!(
             self,
-            Op::Add | Op::Sub | Op::Mul | Op::Div | Op::Min | Op::Max | Op::Pow | Op::Mod | Op::Less
+            Op::Add
+                | Op::Sub
+                | Op::SquaredDifference
+                | Op::Mul
+                | Op::Div
+                | Op::Min
+                | Op::Max
+                | Op::Pow
+                | Op::Mod
+                | Op::Less
         )
     }
 
@@ -122,7 +134,7 @@ impl Op {
 
     /// Whether the operands may be exchanged.
     pub const fn commutes(self) -> bool {
-        matches!(self, Op::Add | Op::Mul | Op::Min | Op::Max)
+        matches!(self, Op::Add | Op::Mul | Op::Min | Op::Max | Op::SquaredDifference)
     }
 }
 
@@ -147,6 +159,7 @@ pub fn apply<V: Scalar>(op: Op, a: V, b: V, c: V) -> V {
         Op::Round => a.round(),
         Op::Add => a + b,
         Op::Sub => a - b,
+        Op::SquaredDifference => (a - b).square(),
         Op::Mul => a * b,
         Op::Div => a / b,
         Op::Min => a.min(b),
@@ -191,6 +204,8 @@ pub fn pull<V: Scalar>(op: Op, k: usize, adjoint: V, a: V, b: V, r: V) -> V {
         (Op::Add, _) => g,
         (Op::Sub, 0) => g,
         (Op::Sub, _) => -g,
+        (Op::SquaredDifference, 0) => g * ((a - b) + (a - b)),
+        (Op::SquaredDifference, _) => g * ((b - a) + (b - a)),
         (Op::Mul, 0) => g * b,
         (Op::Mul, _) => g * a,
         (Op::Div, 0) => g / b,

@@ -90,7 +90,7 @@ fn reads(op: Op, mode: Mode, purpose: Purpose) -> (bool, bool, bool) {
         (Op::Mul, _) => (uniform_too, uniform_too, false),
         (Op::Div, Mode::SlotUniform) => (false, false, uniform_too),
         (Op::Div, _) => (false, true, true),
-        (Op::Min | Op::Max | Op::Atan2 | Op::Mod, _) => (true, true, false),
+        (Op::Min | Op::Max | Op::Atan2 | Op::Mod | Op::SquaredDifference, _) => (true, true, false),
         (Op::Pow, _) => (true, true, true),
         (Op::Choose, _) => (true, false, false),
         _ => (false, false, false),
@@ -174,6 +174,17 @@ impl Program {
         let mut register = vec![NONE; n];
         register[n - 1] = pool.take();
         self.root_adjoint = register[n - 1];
+        // How many steps contribute to each adjoint, and how many adjoints live in each register. An adjoint
+        // with one contribution is never written again: where that is a sum's own, they share a register.
+        let mut contributions = vec![0u32; n];
+        for instr in &tape.instrs {
+            if let Code::Op(op, _) = instr.code {
+                for k in instr.slots().filter(|&k| !is_flat(op, k)) {
+                    contributions[instr.args[k] as usize] += 1;
+                }
+            }
+        }
+        let mut sharers = vec![1u32];
         self.backward.reserve(n);
         for (i, instr) in tape.instrs.iter().enumerate().rev() {
             let own = register[i];
@@ -190,16 +201,25 @@ impl Program {
             };
             let slots = instr.slots();
             let takes = |k: usize| slots.contains(&k) && op.is_some_and(|op| !is_flat(op, k));
-            // One operand that is reached for the first time may inherit the register: nothing to do for it.
-            let heir = op.and_then(|op| {
-                let first = |k: usize| register[instr.args[k] as usize] == NONE;
-                let twice = slots.len() > 1 && instr.args[0] == instr.args[1];
-                (0..2).find(|&k| takes(k) && passes(op, k) && first(k) && !twice)
-            });
+            let passed = |k: usize| takes(k) && op.is_some_and(|op| passes(op, k));
+            let mut skip = 0;
+            for k in (0..2).filter(|&k| passed(k)) {
+                let slot = instr.args[k] as usize;
+                if contributions[slot] == 1 {
+                    register[slot] = own;
+                    sharers[own as usize] += 1;
+                    skip |= 1 << k;
+                }
+            }
+            // Else one operand that is reached for the first time may inherit the register from the last sharer.
+            let first = |k: usize| register[instr.args[k] as usize] == NONE;
+            let twice = slots.len() > 1 && instr.args[0] == instr.args[1];
+            let alone = sharers[own as usize] == 1 && !twice;
+            let heir = (0..2).find(|&k| alone && passed(k) && first(k));
             let mut back = Back {
                 code: instr.code,
                 fresh: 0,
-                skip: 0,
+                skip,
                 adjoint: own,
                 value: value[i],
                 adjoints: [own; 3],
@@ -223,13 +243,20 @@ impl Program {
                 let slot = instr.args[k] as usize;
                 if register[slot] == NONE {
                     register[slot] = pool.take();
+                    sharers.resize(pool.count as usize, 0);
+                    sharers[register[slot] as usize] = 1;
                     back.fresh |= 1 << k;
                 }
                 back.adjoints[k] = register[slot];
             }
             match heir {
                 Some(k) => register[instr.args[k] as usize] = own,
-                None => pool.free.push(own),
+                None => {
+                    sharers[own as usize] -= 1;
+                    if sharers[own as usize] == 0 {
+                        pool.free.push(own);
+                    }
+                }
             }
             let uniform =
                 matches!(instr.code, Code::Uniform | Code::Op(_, Mode::SlotUniform | Mode::UniformSlot));

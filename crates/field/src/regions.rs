@@ -198,7 +198,7 @@ impl Cut<'_> {
                 let (start, end) = (start * GRAIN, (end * GRAIN).min(self.points));
                 let last = end - start <= self.options.leaf || end - start <= GRAIN;
                 // Only leaves are evaluated.
-                let program = last.then(|| Program::new(&tape, Purpose::Inputs)).unwrap_or_default();
+                let program = if last { Program::new(&tape, Purpose::Inputs) } else { Program::default() };
                 (Leaf { start, end, bounds: boxes[lane], program, operations: tape.len() }, tape)
             };
             parts.iter().enumerate().map(one).collect()

@@ -149,11 +149,11 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
-        if (self < b) | (self != self) { self } else { b }
+        if (self < b) | self.is_nan() { self } else { b }
     }
     #[inline(always)]
     fn max(self, b: Self) -> Self {
-        if (self > b) | (self != self) { self } else { b }
+        if (self > b) | self.is_nan() { self } else { b }
     }
     #[inline(always)]
     fn pow(self, b: Self) -> Self {

@@ -5,7 +5,7 @@ mod cells;
 mod leaves;
 mod surface;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -35,12 +35,15 @@ struct Part {
     tape: Tape,
     value: Program,
     inputs: Program,
+    /// Made when a derivative with respect to parameters is first asked for.
+    everything: OnceLock<Program>,
 }
 
 impl Part {
     fn new(tape: Tape) -> Part {
         let program = |purpose| Program::new(&tape, purpose);
-        Part { value: program(Purpose::Value), inputs: program(Purpose::Inputs), tape }
+        let (value, inputs) = (program(Purpose::Value), program(Purpose::Inputs));
+        Part { value, inputs, tape, everything: OnceLock::new() }
     }
 }
 
@@ -310,9 +313,11 @@ impl Field {
             let (part, uniforms) = (&self.compiled.parts[c], &self.uniforms[c]);
             let rates = rate.as_ref().map(|(r, _)| part.tape.uniforms.rates(uniforms, r));
             let rows = q.is_some().then(|| Rows::new(&part.tape.uniforms, &columns));
-            let everything =
-                (rates.is_some() || rows.is_some()).then(|| Program::new(&part.tape, Purpose::Everything));
-            let program = everything.as_ref().unwrap_or(&part.inputs);
+            let program = if rates.is_some() || rows.is_some() {
+                part.everything.get_or_init(|| Program::new(&part.tape, Purpose::Everything))
+            } else {
+                &part.inputs
+            };
             // One component writes straight into the results; several go through columns of their own.
             let mut own = (k > 1).then(|| Own::new(n, d, m, rate.is_some()));
             let target = match &mut own {

@@ -51,10 +51,38 @@ impl fmt::Debug for Expression {
 }
 
 /// The formula kinds that are one operation each: together all of [`Op::ALL`].
-const SINGLE: [&str; 26] = [
-    "add", "mul", "sub", "neg", "square", "min", "max", "abs", "sqrt", "div", "exp", "sin", "cos", "ln",
-    "tan", "asin", "acos", "atan", "floor", "ceil", "round", "pow", "atan2", "mod", "less", "where",
+const SINGLE: [&str; 27] = [
+    "add",
+    "mul",
+    "sub",
+    "neg",
+    "square",
+    "min",
+    "max",
+    "abs",
+    "sqrt",
+    "div",
+    "exp",
+    "sin",
+    "cos",
+    "ln",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "floor",
+    "ceil",
+    "round",
+    "pow",
+    "atan2",
+    "mod",
+    "less",
+    "where",
+    SQUARED_DIFFERENCE,
 ];
+
+/// The one operation without a kind: the graph makes it of a difference that is squared.
+const SQUARED_DIFFERENCE: &str = "squared difference";
 
 /// Random formulas of up to `most` operations, among them every operation there is. Half of the operations that
 /// are not defined everywhere get operands for which they are.
@@ -94,7 +122,10 @@ fn grow(steps: &[Step]) -> Result<Model, FieldError> {
                 operands[1] = call("sin", &operands[1..])?;
             }
         }
-        pool.push(call(name, &operands)?);
+        pool.push(match name {
+            SQUARED_DIFFERENCE => call("square", &[call("sub", &operands)?])?,
+            _ => call(name, &operands)?,
+        });
     }
     Ok(pool.swap_remove(pool.len() - 1))
 }

@@ -247,6 +247,10 @@ impl Program {
             Op::Round => unary("round"),
             Op::Add => Step::Binary("add", a, b),
             Op::Sub => Step::Binary("sub", a, b),
+            Op::SquaredDifference => {
+                let difference = self.push(Step::Binary("sub", a, b));
+                Step::Unary("square", difference)
+            }
             Op::Mul => Step::Binary("mul", a, b),
             Op::Div => Step::Binary("div", a, b),
             Op::Min => Step::Binary("min", a, b),
