@@ -232,10 +232,17 @@ impl Children {
             .collect();
         let mut normals: Vec<V3> = parents.iter().map(|&i| swarm.normals[i]).collect();
         let target = Target { tolerance: 1e-3 * unit, longest: unit, least, rounds: 6 };
-        project(surface, count, walls, &mut points, &mut normals, target)?;
+        let left = project(surface, count, walls, &mut points, &mut normals, target)?;
         for (k, &i) in parents.iter().enumerate() {
+            if !room && left[k] > 0.01 * unit {
+                // Not on the surface: beside the parent, which is, and off by a little.
+                let aside = rng.child(!0).direction(i as u64, walls.axes);
+                let aside = walls.slide(swarm.points[i], swarm.normals[i], aside);
+                points[k] = walls.clamp(along(swarm.points[i], 1e-3 * unit, aside));
+                normals[k] = swarm.normals[i];
+            }
             let reach = OVERLAP * unit * swarm.size.get(i).copied().unwrap_or(1.0);
-            if room && distance(points[k], swarm.points[i]) < reach {
+            if room && (left[k] > 0.01 * unit || distance(points[k], swarm.points[i]) < reach) {
                 continue;
             }
             self.points.push(points[k]);
@@ -355,12 +362,16 @@ pub(crate) fn refine(
         .collect();
     let mut normals: Vec<V3> = edges.iter().map(|&(i, _)| swarm.normals[i as usize]).collect();
     let target = Target { tolerance: 1e-3 * unit, longest: 0.5 * unit, least, rounds: 4 };
-    project(surface, count, walls, &mut points, &mut normals, target)?;
+    let left = project(surface, count, walls, &mut points, &mut normals, target)?;
+    let before = swarm.len();
     for (k, &(i, j)) in edges.iter().enumerate() {
+        if left[k] > 0.01 * unit {
+            continue;
+        }
         let (i, j) = (i as usize, j as usize);
         let size = swarm.size.get(i).map(|s| 0.5 * (s + swarm.size[j]));
         let label = swarm.label[i];
         swarm.push(points[k], normals[k], label, size);
     }
-    Ok(edges.len())
+    Ok(swarm.len() - before)
 }

@@ -22,6 +22,11 @@ const SKIN: f64 = 0.8;
 const LONGEST: f64 = 0.3;
 /// Cosine of the turn of a normal in one step from which on more than one Newton step is taken.
 const TURNED: f64 = 0.8;
+/// The same for the length of the Newton step in lengths of the step before it: on a smooth surface it is the half of
+/// the step over the radius of curvature.
+const ASTRAY: f64 = 0.25;
+/// Distance from the surface in σ at which a floater that went astray is taken back.
+const LOST: f64 = 0.01;
 /// Motion in σ after which the field is narrowed anew.
 const NARROW: f64 = 2.0;
 
@@ -61,6 +66,8 @@ pub(crate) struct Relaxation<'s> {
     gradient: Vec<V3>,
     /// Floaters whose normal turned much in this step: they went over a crease or around a sharp bend.
     turned: Vec<u32>,
+    /// Their normals before.
+    before: Vec<V3>,
 }
 
 impl<'s> Relaxation<'s> {
@@ -83,6 +90,7 @@ impl<'s> Relaxation<'s> {
             value: Vec::new(),
             gradient: Vec::new(),
             turned: Vec::new(),
+            before: Vec::new(),
         }
     }
 
@@ -166,7 +174,7 @@ impl<'s> Relaxation<'s> {
         let (walls, least, sigma) = (*walls, *least, *sigma);
         let points = &swarm.points[..];
         let size = &swarm.size[..];
-        let parts: Vec<(f64, f64, f32, Vec<u32>)> = next
+        let parts: Vec<(f64, f64, f32, Vec<(u32, V3)>)> = next
             .par_chunks_mut(CHUNK)
             .zip(swarm.normals.par_chunks_mut(CHUNK))
             .zip(swarm.velocity.par_chunks_mut(CHUNK))
@@ -180,8 +188,10 @@ impl<'s> Relaxation<'s> {
                     match walls.newton(next[k], value[i], gradient[i], LONGEST * own, least) {
                         Some(q) => {
                             let normal = unit(gradient[i]);
-                            if dot(normal, normals[k]) < TURNED {
-                                turned.push(i as u32);
+                            let (off, went) = (distance(q, next[k]), norm(velocity[k]));
+                            let astray = off > ASTRAY * went && off > 0.01 * own;
+                            if astray || dot(normal, normals[k]) < TURNED {
+                                turned.push((i as u32, normals[k]));
                             }
                             next[k] = q;
                             normals[k] = normal;
@@ -205,7 +215,9 @@ impl<'s> Relaxation<'s> {
         let square: f64 = parts.iter().map(|p| p.0).sum();
         let most = parts.iter().fold(0.0f64, |m, p| m.max(p.1));
         self.turned.clear();
-        self.turned.extend(parts.iter().flat_map(|p| &p.3));
+        self.turned.extend(parts.iter().flat_map(|p| &p.3).map(|t| t.0));
+        self.before.clear();
+        self.before.extend(parts.iter().flat_map(|p| &p.3).map(|t| t.1));
         let way = parts.iter().fold(0.0f32, |m, p| m.max(p.2));
         Moved { rms: (square / points.len() as f64).sqrt(), most, way: f64::from(way) }
     }
@@ -221,17 +233,23 @@ impl<'s> Relaxation<'s> {
             least: self.least,
             rounds: 4,
         };
-        project(self.surface, &mut self.evaluations, &self.walls, &mut points, &mut normals, target)?;
+        let left =
+            project(self.surface, &mut self.evaluations, &self.walls, &mut points, &mut normals, target)?;
         for (k, &i) in self.turned.iter().enumerate() {
             let i = i as usize;
             let (old, new) = (self.swarm.points[i], points[k]);
             let d = distance(new, old);
             // Not farther than a step with its correction goes: beyond that it is another place.
-            if d < 3.0 * LONGEST * own(i) {
+            if d < 3.0 * LONGEST * own(i) && left[k] < LOST * own(i) {
                 self.next[i] = new;
                 self.swarm.normals[i] = normals[k];
                 self.swarm.velocity[i] = sub(new, old);
                 moved.most = moved.most.max(d);
+            } else {
+                // Beyond a thin rim Newton's method finds no way back: rest where the step began.
+                self.next[i] = old;
+                self.swarm.normals[i] = self.before[k];
+                self.swarm.velocity[i] = [0.0; 3];
             }
         }
         Ok(())

@@ -181,6 +181,14 @@ impl Stars<'_> {
         if self.size.is_empty() { self.radius } else { self.radius * self.size[i] }
     }
 
+    /// Whether the bounds clip the surface around a sample: then it or a neighbour lies on a face. A face that is near
+    /// but not reached does not matter.
+    fn at_walls(&self, i: usize) -> bool {
+        let walls = self.walls;
+        walls.touches(self.points[i])
+            || self.lists.of(i).iter().any(|&j| walls.touches(self.points[j as usize]))
+    }
+
     fn cell_on_surface(&self, i: usize, mut star: impl FnMut(u32, f64)) -> Cell {
         let (p, n) = (self.points[i], self.normals[i]);
         let radius = self.reach(i);
@@ -204,7 +212,9 @@ impl Stars<'_> {
         let near = &mut near[..count];
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         let mut cell = Polygon::octagon(radius);
-        self.clip_by_walls(p, u, v, radius, &mut cell);
+        if self.at_walls(i) {
+            self.clip_by_walls(p, u, v, radius, &mut cell);
+        }
         let mut farthest = cell.farthest_squared();
         for &(s, q, j) in near.iter() {
             if 0.25 * s * s >= farthest {
@@ -258,6 +268,7 @@ impl Stars<'_> {
         let (p, n) = (self.points[i], self.normals[i]);
         let radius = self.reach(i);
         let t = [-n[1], n[0], 0.0];
+        let at_walls = self.at_walls(i);
         let mut side = [(2.0 * radius, OPEN); 2];
         let mut nearest = f64::INFINITY;
         for &j in self.lists.of(i) {
@@ -286,7 +297,7 @@ impl Stars<'_> {
             for a in 0..2 {
                 let ta = if way == 1 { t[a] } else { -t[a] };
                 let room = if ta > 0.0 { self.walls.hi[a] - p[a] } else { p[a] - self.walls.lo[a] };
-                if ta != 0.0 && room < half * ta.abs() {
+                if at_walls && ta != 0.0 && room < half * ta.abs() {
                     half = room / ta.abs();
                     wall = true;
                 }

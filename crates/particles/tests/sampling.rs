@@ -176,15 +176,25 @@ fn nested_shells_get_their_shares() {
 
 #[test]
 fn thin_sheets_are_sampled_on_both_sides() {
-    // Thickness .02 in the middle, spacing .06.
-    let f = ellipsoid([1.0, 1.0, 0.01]);
-    let bounds = Aabb::new([-1.1, -1.1, -0.02], [1.1, 1.1, 0.02]);
-    let s = sample(&f, &bounds, count(2000)).unwrap();
-    assert_eq!(s.points.len(), 2000);
-    assert_eq!(s.report.components, 1);
-    let up = s.points.iter().filter(|p| p[2] > 0.0).count();
-    assert!((900..=1100).contains(&up), "{up} of 2000 on the upper side");
-    assert!(s.report.evenness.rho_avg > 0.85 && s.report.evenness.cv < 0.15, "{:?}", s.report.evenness);
+    // Spacing .06; thickness .1 and .02 in the middle, radius of curvature at the rim .0025 and .0001.
+    for (half, rho_avg, cv) in [(0.05, 0.88, 0.12), (0.01, 0.85, 0.22)] {
+        let f = ellipsoid([1.0, 1.0, half]);
+        let bounds = Aabb::new([-1.1, -1.1, -2.0 * half], [1.1, 1.1, 2.0 * half]);
+        let s = sample(&f, &bounds, count(2000)).unwrap();
+        check(&s, &f, &bounds, 2000);
+        assert_eq!(s.report.components, 1);
+        let up = s.points.iter().filter(|p| p[2] > 0.0).count();
+        assert!((900..=1100).contains(&up), "{up} of 2000 on the upper side");
+        // The flat part, away from the rim, is as even as any surface.
+        let flat: Vec<[f64; 3]> =
+            s.points.iter().copied().filter(|p| p[2] > 0.0 && p[0].hypot(p[1]) < 0.9).collect();
+        let inner: Vec<f64> = nearest(&flat);
+        let m = mean(&inner);
+        let deviation = mean(&inner.iter().map(|d| (d - m) * (d - m)).collect::<Vec<_>>()).sqrt();
+        assert!(deviation / m < 0.06, "CV {} on the flat part", deviation / m);
+        let e = &s.report.evenness;
+        assert!(e.rho_avg > rho_avg && e.cv < cv, "{e:?}");
+    }
 }
 
 #[test]
