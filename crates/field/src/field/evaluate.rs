@@ -1,0 +1,282 @@
+//! Values and derivatives at points: component by component, chunk by chunk over the threads, then the chain rule
+//! through opaque leaves.
+
+use rayon::prelude::*;
+
+use super::leaves::{LeafOutputs, Slopes};
+use super::{CHUNK, Field};
+use crate::FieldError;
+use crate::kernel::{Columns, Rows, Want, hessian, run};
+use crate::program::{Program, Purpose};
+
+impl Field {
+    /// F: (n, k).
+    pub fn value(&self, points: &[f64], value: &mut [f64]) -> Result<(), FieldError> {
+        let (n, k) = (self.count(points)?, self.components());
+        Self::expect("value", value, n * k)?;
+        let outputs = self.leaf_outputs(points, self.axes(), Slopes::None)?;
+        let batch = self.batch(points, &outputs);
+        for c in 0..k {
+            let (program, uniforms) = (&self.compiled.parts[c].value, &self.uniforms[c]);
+            value.par_chunks_mut(CHUNK * k).enumerate().for_each(|(i, out)| {
+                let part = batch.slice(i * CHUNK, out.len() / k);
+                if k == 1 {
+                    run(program, uniforms, part, out, Want::Value);
+                } else {
+                    let mut one = vec![0.0; out.len() / k];
+                    run(program, uniforms, part, &mut one, Want::Value);
+                    spread(&one, out, k, c);
+                }
+            });
+        }
+        Ok(())
+    }
+
+    /// F (n, k) and ∂F/∂x (n, k, d).
+    pub fn gradient(
+        &self,
+        points: &[f64],
+        value: &mut [f64],
+        gradient: &mut [f64],
+    ) -> Result<(), FieldError> {
+        self.differentiate(points, value, gradient, None, None)
+    }
+
+    /// F, ∂F/∂x, and (∂F/∂q)·q̇ (n, k) for the rates `q_dot` of the free parameters: all that a floater needs
+    /// to follow a moving surface (WH94 eq. 5).
+    pub fn gradient_and_rate(
+        &self,
+        points: &[f64],
+        q_dot: &[f64],
+        value: &mut [f64],
+        gradient: &mut [f64],
+        rate: &mut [f64],
+    ) -> Result<(), FieldError> {
+        let free = self.free();
+        Self::expect("q_dot", q_dot, free.len())?;
+        Self::expect("rate", rate, value.len())?;
+        let mut rates = vec![0.0; self.params.len()];
+        for (&i, &r) in free.iter().zip(q_dot) {
+            rates[i] = r;
+        }
+        self.differentiate(points, value, gradient, Some((&rates, rate)), None)
+    }
+
+    /// F, ∂F/∂x and all of ∂F/∂q (n, k, m) for the m free parameters, in one reverse sweep.
+    pub fn parameter_gradient(
+        &self,
+        points: &[f64],
+        value: &mut [f64],
+        gradient: &mut [f64],
+        q_gradient: &mut [f64],
+    ) -> Result<(), FieldError> {
+        let m = self.free().len();
+        Self::expect("q_gradient", q_gradient, value.len() * m)?;
+        self.differentiate(points, value, gradient, None, (m > 0).then_some(q_gradient))
+    }
+
+    /// The common part: component by component, chunk by chunk, then the chain rule through opaque leaves.
+    fn differentiate(
+        &self,
+        points: &[f64],
+        value: &mut [f64],
+        gradient: &mut [f64],
+        mut rate: Option<(&[f64], &mut [f64])>,
+        mut q: Option<&mut [f64]>,
+    ) -> Result<(), FieldError> {
+        let (n, k, d) = (self.count(points)?, self.components(), self.axes());
+        Self::expect("value", value, n * k)?;
+        Self::expect("gradient", gradient, n * k * d)?;
+        if n == 0 {
+            return Ok(());
+        }
+        let m = q.as_ref().map_or(0, |q| q.len() / (n * k));
+        let columns = self.columns();
+        let free = self.free();
+        let slopes = match (&rate, &q) {
+            (None, None) => Slopes::Points,
+            _ => Slopes::Parameters { columns: &columns, count: free.len() },
+        };
+        let outputs = self.leaf_outputs(points, d, slopes)?;
+        let batch = self.batch(points, &outputs);
+        let leaves = self.compiled.leaves.len();
+        let mut adjoints = vec![0.0; n * leaves];
+        for c in 0..k {
+            let (part, uniforms) = (&self.compiled.parts[c], &self.uniforms[c]);
+            let rates = rate.as_ref().map(|(r, _)| part.tape.uniforms.rates(uniforms, r));
+            let rows = q.is_some().then(|| Rows::new(&part.tape.uniforms, &columns));
+            let program = if rates.is_some() || rows.is_some() {
+                part.everything.get_or_init(|| Program::new(&part.tape, Purpose::Everything))
+            } else {
+                &part.inputs
+            };
+            // One component writes straight into the results; several go through columns of their own.
+            let mut own = (k > 1).then(|| Own::new(n, d, m, rate.is_some()));
+            let target = match &mut own {
+                None => Target {
+                    value: &mut *value,
+                    gradient: &mut *gradient,
+                    rate: rate.as_mut().map(|r| &mut *r.1),
+                    q: q.as_deref_mut(),
+                },
+                Some(own) => own.target(),
+            };
+            chunks(target, &mut adjoints, (d, leaves, m)).into_par_iter().for_each(|chunk| {
+                let Chunk { start, value, gradient, rate, q, adjoints } = chunk;
+                let part = batch.slice(start, value.len());
+                let x = Columns { data: gradient, stride: d };
+                let leaves = Columns { data: adjoints, stride: leaves };
+                let want = match (rate, q, &rates, &rows) {
+                    (Some(rate), _, Some(rates), _) => Want::Rate { x, leaves, rates, rate },
+                    (_, Some(data), _, Some(rows)) => {
+                        // Parameters that F does not depend on have no row to write.
+                        if rows.columns.len() < m {
+                            data.fill(0.0);
+                        }
+                        Want::Parameters { x, leaves, rows, q: Columns { data, stride: m } }
+                    }
+                    _ => Want::Gradient { x, leaves },
+                };
+                run(program, uniforms, part, value, want);
+            });
+            if let Some(own) = own {
+                spread(&own.value, value, k, c);
+                spread_rows(&own.gradient, gradient, k, c, d);
+                if let Some((_, rate)) = &mut rate {
+                    spread(&own.rate, rate, k, c);
+                }
+                if let Some(q) = &mut q {
+                    spread_rows(&own.q, q, k, c, m);
+                }
+            }
+            outputs.chain(&adjoints, gradient, (k, c, d));
+            if let (Some(q), true) = (&mut q, leaves > 0) {
+                outputs.chain_parameters(&adjoints, q, (k, c, m));
+            }
+            if let (Some((rates, rate)), true) = (&mut rate, leaves > 0) {
+                let mut q = vec![0.0; n * free.len()];
+                outputs.chain_parameters(&adjoints, &mut q, (1, 0, free.len()));
+                for (i, row) in q.chunks_exact(free.len().max(1)).enumerate() {
+                    rate[i * k + c] += row.iter().zip(&free).map(|(g, &p)| g * rates[p]).sum::<f64>();
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The column of each parameter in q.
+    fn columns(&self) -> Vec<Option<usize>> {
+        let mut columns = vec![None; self.params.len()];
+        for (column, i) in self.free().into_iter().enumerate() {
+            columns[i] = Some(column);
+        }
+        columns
+    }
+
+    /// Second derivatives (n, k, d, d). Where there are opaque leaves, by central differences of the gradient.
+    pub fn hessian(&self, points: &[f64], out: &mut [f64]) -> Result<(), FieldError> {
+        let (n, k, d) = (self.count(points)?, self.components(), self.axes());
+        Self::expect("hessian", out, n * k * d * d)?;
+        if self.is_opaque() {
+            return self.numerical_hessian(points, out);
+        }
+        let outputs = LeafOutputs::default();
+        let batch = self.batch(points, &outputs);
+        for c in 0..k {
+            let (program, uniforms) = (&self.compiled.parts[c].inputs, &self.uniforms[c]);
+            out.par_chunks_mut(CHUNK / 4 * k * d * d).enumerate().for_each(|(i, out)| {
+                let part = batch.slice(i * (CHUNK / 4), out.len() / (k * d * d));
+                let mut one = vec![0.0; part.len() * d * d];
+                hessian(program, uniforms, part, &mut one);
+                spread_rows(&one, out, k, c, d * d);
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Where the results of one component go.
+struct Target<'a> {
+    value: &'a mut [f64],
+    gradient: &'a mut [f64],
+    rate: Option<&'a mut [f64]>,
+    q: Option<&'a mut [f64]>,
+}
+
+/// Columns of one component among several.
+struct Own {
+    value: Vec<f64>,
+    gradient: Vec<f64>,
+    rate: Vec<f64>,
+    q: Vec<f64>,
+}
+
+impl Own {
+    fn new(n: usize, d: usize, m: usize, rate: bool) -> Own {
+        let rates = if rate { n } else { 0 };
+        Own { value: vec![0.0; n], gradient: vec![0.0; n * d], rate: vec![0.0; rates], q: vec![0.0; n * m] }
+    }
+
+    fn target(&mut self) -> Target<'_> {
+        Target {
+            value: &mut self.value,
+            gradient: &mut self.gradient,
+            rate: (!self.rate.is_empty()).then_some(&mut self.rate[..]),
+            q: (!self.q.is_empty()).then_some(&mut self.q[..]),
+        }
+    }
+}
+
+/// One task's share of a target.
+struct Chunk<'a> {
+    start: usize,
+    value: &'a mut [f64],
+    gradient: &'a mut [f64],
+    rate: Option<&'a mut [f64]>,
+    q: Option<&'a mut [f64]>,
+    adjoints: &'a mut [f64],
+}
+
+fn chunks<'a>(
+    t: Target<'a>,
+    adjoints: &'a mut [f64],
+    (d, leaves, m): (usize, usize, usize),
+) -> Vec<Chunk<'a>> {
+    let mut out = Vec::with_capacity(t.value.len().div_ceil(CHUNK));
+    let (mut value, mut gradient, mut rate, mut q, mut rest) = (t.value, t.gradient, t.rate, t.q, adjoints);
+    let mut start = 0;
+    while !value.is_empty() {
+        let n = CHUNK.min(value.len());
+        out.push(Chunk {
+            start,
+            value: take(&mut value, n),
+            gradient: take(&mut gradient, n * d),
+            rate: rate.as_mut().map(|r| take(r, n)),
+            q: q.as_mut().map(|q| take(q, n * m)),
+            adjoints: take(&mut rest, n * leaves),
+        });
+        start += n;
+    }
+    out
+}
+
+/// Cuts the first `n` numbers off.
+fn take<'a>(slice: &mut &'a mut [f64], n: usize) -> &'a mut [f64] {
+    let (head, tail) = std::mem::take(slice).split_at_mut(n);
+    *slice = tail;
+    head
+}
+
+/// Writes a column of one component into (n, k).
+fn spread(one: &[f64], all: &mut [f64], k: usize, c: usize) {
+    spread_rows(one, all, k, c, 1);
+}
+
+/// Writes rows of `width` numbers of one component into (n, k, width).
+fn spread_rows(one: &[f64], all: &mut [f64], k: usize, c: usize, width: usize) {
+    if width > 0 {
+        for (row, to) in one.chunks_exact(width).zip(all.chunks_exact_mut(k * width)) {
+            to[c * width..(c + 1) * width].copy_from_slice(row);
+        }
+    }
+}
