@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::constraint::CHUNK;
 use crate::neighbors::Neighbors;
 use crate::swarm::Swarm;
-use crate::vector::{V3, dot, frame, norm, scale, sub};
+use crate::vector::{V3, dot, frame, norm, sub};
 
 /// Principal curvatures of every floater, largest magnitude first; positive where convex seen from outside.
 pub(crate) fn principal(
@@ -93,13 +93,12 @@ pub(crate) fn of_neighbors(swarm: &Swarm, lists: &Neighbors, i: usize, axes: usi
     // [xx xy 0; xy xx+yy xy; 0 xy yy] s = r
     let m = xx + yy;
     let det = xx * (m * yy - xy * xy) - xy * xy * yy;
-    if !(det > 1e-12 * m * m * m) {
+    if det.is_nan() || det <= 1e-12 * m * m * m {
         return [f64::NAN; 2];
     }
     let s0 = (r[0] * (m * yy - xy * xy) - xy * (r[1] * yy - xy * r[2])) / det;
     let s1 = (xx * (r[1] * yy - xy * r[2]) - xy * (r[0] * yy)) / det;
     let s2 = (xx * (m * r[2] - xy * r[1]) - xy * (xy * r[2]) + r[0] * xy * xy) / det;
-    let _ = scale;
     eigenvalues(s0, s1, s2)
 }
 

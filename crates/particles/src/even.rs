@@ -73,9 +73,9 @@ pub(crate) struct Spread {
 }
 
 /// Spreads floaters over a surface from its seeds.
-pub(crate) fn spread<'s>(
+pub(crate) fn spread(
     run: &mut Run<'_>,
-    surface: &'s dyn Surface,
+    surface: &dyn Surface,
     seeds: &Seeds<'_>,
     wish: Wish<'_>,
 ) -> Result<Spread, Error> {
@@ -354,7 +354,7 @@ impl Work<'_, '_, '_> {
 
     /// A step, and whether to go on.
     fn step(&mut self, fraction: f64) -> Result<(Moved, bool), Error> {
-        if !self.sizing.is_uniform() && self.run.steps % SIZING_STEPS == 0 {
+        if !self.sizing.is_uniform() && self.run.steps.is_multiple_of(SIZING_STEPS) {
             let mut swarm = std::mem::take(&mut self.relaxation.swarm);
             self.sizing.apply(self.surface, &mut swarm, self.unit, self.walls.axes)?;
             self.relaxation.swarm = swarm;

@@ -86,6 +86,14 @@ pub(crate) fn finish(
             components += 1;
         }
     }
+    if !seeds.certified {
+        run.warnings.push(
+            "not certified: there may be small components that the random search did not meet".into(),
+        );
+    }
+    if singular > 0 {
+        run.warnings.push(format!("{singular} samples rest where the gradient vanishes and have no normal"));
+    }
     run.tell(Phase::Finishing, 1.0, swarm.len());
     Ok(Samples {
         radii: first.cells.iter().map(|c| 0.5 * c.mean).collect(),

@@ -220,7 +220,7 @@ impl Children {
             .iter()
             .map(|&i| {
                 // The farthest corner of the parent's cell; a second child of one parent goes the other way.
-                let way = if self.times[i] % 2 == 0 { -0.7 } else { 1.0 };
+                let way = if self.times[i].is_multiple_of(2) { -0.7 } else { 1.0 };
                 let place = add(swarm.points[i], scale(census.cells[i].corner, way));
                 // A little off, so that no two ever coincide and stay together.
                 walls.clamp(along(

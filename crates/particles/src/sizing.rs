@@ -38,7 +38,7 @@ impl<'a> Sizing<'a> {
         let values = sizing.values(surface, uniform, spacing, axes)?;
         if !values.is_empty() {
             sizing.mean = values.iter().sum::<f64>() / values.len() as f64;
-            if !(sizing.mean > 0.0) {
+            if sizing.mean.is_nan() || sizing.mean <= 0.0 {
                 // A plane has no curvature anywhere.
                 return Ok((Self::uniform(), Vec::new()));
             }
