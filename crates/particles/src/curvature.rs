@@ -8,6 +8,9 @@ use crate::neighbors::Neighbors;
 use crate::swarm::Swarm;
 use crate::vector::{V3, dot, frame, norm, sub};
 
+/// Floaters whose Hessians are held at a time.
+const BATCH: usize = 1 << 16;
+
 /// Principal curvatures of every floater, largest magnitude first; positive where convex seen from outside.
 pub(crate) fn principal(
     surface: &dyn Surface,
@@ -15,26 +18,28 @@ pub(crate) fn principal(
     lists: &Neighbors,
     axes: usize,
 ) -> Vec<[f64; 2]> {
-    let n = swarm.len();
-    let (mut value, mut gradient, mut hessian) = (vec![0.0; n], vec![[0.0; 3]; n], vec![[0.0; 6]; n]);
-    let known = surface.value_gradient(&swarm.points, &mut value, &mut gradient).is_ok()
-        && surface.hessian(&swarm.points, &mut hessian).is_ok();
-    (0..n)
-        .into_par_iter()
-        .with_min_len(CHUNK)
-        .map(|i| {
+    let mut out = Vec::with_capacity(swarm.len());
+    for (batch, points) in swarm.points.chunks(BATCH).enumerate() {
+        let n = points.len();
+        let (mut value, mut gradient, mut hessian) = (vec![0.0; n], vec![[0.0; 3]; n], vec![[0.0; 6]; n]);
+        let known = surface.value_gradient(points, &mut value, &mut gradient).is_ok()
+            && surface.hessian(points, &mut hessian).is_ok();
+        let curvature = |k: usize| {
+            let i = batch * BATCH + k;
             let normal = swarm.normals[i];
             if normal == [0.0; 3] {
                 return [f64::NAN; 2];
             }
-            let exact = known && hessian[i].iter().all(|h| h.is_finite());
+            let exact = known && hessian[k].iter().all(|h| h.is_finite());
             if exact {
-                of_hessian(gradient[i], normal, hessian[i], axes)
+                of_hessian(gradient[k], normal, hessian[k], axes)
             } else {
                 of_neighbors(swarm, lists, i, axes)
             }
-        })
-        .collect()
+        };
+        out.par_extend((0..n).into_par_iter().with_min_len(CHUNK).map(curvature));
+    }
+    out
 }
 
 /// Goldman's formulas: the eigenvalues of the Hessian, restricted to the tangent plane, over |∇F|.

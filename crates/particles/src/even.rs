@@ -365,7 +365,7 @@ impl Work<'_, '_, '_> {
     }
 
     fn balance(&mut self, n: usize) -> Result<(), Error> {
-        let mut swarm = std::mem::take(&mut self.relaxation.swarm);
+        let mut swarm = self.relaxation.release();
         let rng = Rng::new(self.run.seed, Stream::Death).child(self.run.steps as u64);
         let mut count = 0;
         let done = population::balance(&mut swarm, &self.habitat(), &mut count, self.unit, n, rng)?;
@@ -377,7 +377,7 @@ impl Work<'_, '_, '_> {
     }
 
     fn refine(&mut self) -> Result<(), Error> {
-        let mut swarm = std::mem::take(&mut self.relaxation.swarm);
+        let mut swarm = self.relaxation.release();
         let before = swarm.len();
         let mut count = 0;
         let born = population::refine(&mut swarm, &self.habitat(), &mut count, self.unit)?;

@@ -55,10 +55,9 @@ pub(crate) fn finish(
 ) -> Result<Samples, Error> {
     run.tell(Phase::Finishing, 0.9, swarm.len());
     let walls = seeds.walls;
+    swarm.velocity = Vec::new();
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
     let target = Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
-    let narrowed = surface.narrowed(&swarm.points, unit)?;
-    // Points drop out of the projection, so the narrowed field only serves the measurement of the others.
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
     let max_error = left.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
@@ -73,8 +72,7 @@ pub(crate) fn finish(
             cell.area = known;
         }
     }
-    let curvatures =
-        curvature::principal(narrowed.as_deref().unwrap_or(surface), &swarm, &first.lists, walls.axes);
+    let curvatures = curvature::principal(surface, &swarm, &first.lists, walls.axes);
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     // Numbered in the order of first appearance.
@@ -87,9 +85,8 @@ pub(crate) fn finish(
         }
     }
     if !seeds.certified {
-        run.warnings.push(
-            "not certified: there may be small components that the random search did not meet".into(),
-        );
+        run.warnings
+            .push("not certified: there may be small components that the random search did not meet".into());
     }
     if singular > 0 {
         run.warnings.push(format!("{singular} samples rest where the gradient vanishes and have no normal"));

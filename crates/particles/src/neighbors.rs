@@ -37,7 +37,8 @@ pub(crate) struct Grid {
     keys: Vec<u64>,
     start: Vec<u32>,
     order: Vec<u32>,
-    table: Vec<u32>,
+    /// By hash: number of the cell plus one, and above it half of the hash, so that most misses are seen at once.
+    table: Vec<u64>,
     mask: u64,
 }
 
@@ -63,7 +64,7 @@ impl Grid {
             }
         }
         start.push(keyed.len() as u32);
-        let size = (2 * keys.len().max(1)).next_power_of_two();
+        let size = (4 * keys.len().max(1)).next_power_of_two();
         let mut grid = Self {
             lo,
             inverse,
@@ -74,11 +75,12 @@ impl Grid {
             mask: size as u64 - 1,
         };
         for c in 0..grid.keys.len() {
-            let mut h = hash(grid.keys[c]) & grid.mask;
+            let full = hash(grid.keys[c]);
+            let mut h = full & grid.mask;
             while grid.table[h as usize] != 0 {
                 h = (h + 1) & grid.mask;
             }
-            grid.table[h as usize] = c as u32 + 1;
+            grid.table[h as usize] = (full & TAG) | (c as u64 + 1);
         }
         grid
     }
@@ -101,13 +103,18 @@ impl Grid {
 
     #[inline(always)]
     fn cell(&self, key: u64) -> Option<usize> {
-        let mut h = hash(key) & self.mask;
+        let full = hash(key);
+        let mut h = full & self.mask;
         loop {
-            match self.table[h as usize] {
-                0 => return None,
-                c if self.keys[c as usize - 1] == key => return Some(c as usize - 1),
-                _ => h = (h + 1) & self.mask,
+            let entry = self.table[h as usize];
+            if entry == 0 {
+                return None;
             }
+            let c = (entry & !TAG) as usize;
+            if (entry ^ full) & TAG == 0 && self.keys[c - 1] == key {
+                return Some(c - 1);
+            }
+            h = (h + 1) & self.mask;
         }
     }
 
@@ -139,9 +146,13 @@ impl Grid {
     }
 }
 
+/// The half of a hash that the table keeps.
+const TAG: u64 = 0xffff_ffff_0000_0000;
+
 #[inline(always)]
 fn hash(key: u64) -> u64 {
-    (key ^ (key >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 20
+    let h = (key ^ (key >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    h ^ (h >> 31)
 }
 
 #[inline(always)]
@@ -325,12 +336,9 @@ impl Candidates {
         self.x.clear();
         self.y.clear();
         self.z.clear();
-        for &j in &self.index {
-            let q = points[j as usize];
-            self.x.push(q[0]);
-            self.y.push(q[1]);
-            self.z.push(q[2]);
-        }
+        self.x.extend(self.index.iter().map(|&j| points[j as usize][0]));
+        self.y.extend(self.index.iter().map(|&j| points[j as usize][1]));
+        self.z.extend(self.index.iter().map(|&j| points[j as usize][2]));
         self.hits.resize(self.index.len(), 0);
     }
 

@@ -101,6 +101,15 @@ impl<'s> Relaxation<'s> {
         self.moved_since_narrowing = f64::INFINITY;
     }
 
+    /// Takes the swarm out and gives back the memory of everything else.
+    pub(crate) fn release(&mut self) -> Swarm {
+        self.lists = Neighbors::default();
+        self.narrowed = None;
+        (self.next, self.value, self.gradient, self.way) = Default::default();
+        (self.longest_way, self.moved_since_narrowing) = (f64::INFINITY, f64::INFINITY);
+        std::mem::take(&mut self.swarm)
+    }
+
     /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come.
     pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64) {
         (self.sigma, self.gain, self.momentum) = (sigma, gain, momentum);
