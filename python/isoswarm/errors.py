@@ -88,7 +88,7 @@ class ConvergenceError(IsoswarmError, RuntimeError):
 
 
 class SamplingWarning(UserWarning):
-    """Something about a result that its user should know; also in ``report.warnings``."""
+    """Something that was asked for was not reached; ``report`` says what and why."""
 
 
 class EmptySurfaceWarning(SamplingWarning):

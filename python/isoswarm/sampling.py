@@ -72,7 +72,8 @@ def sample(
     Returns
     -------
     Samples
-        Of length 0, with a warning, where there is no surface in the bounds.
+        Of length 0, with an EmptySurfaceWarning, where there is no surface in the bounds. Where something asked for
+        was not reached, with a SamplingWarning; ``report`` says more.
 
     Raises
     ------
@@ -132,7 +133,6 @@ def sample(
             EmptySurfaceWarning,
             stacklevel=2,
         )
-    else:
-        for text in samples.report.warnings:
-            warnings.warn(text, SamplingWarning, stacklevel=2)
+    elif not samples.report.converged:
+        warnings.warn(f"not converged: {samples.report.reason}", SamplingWarning, stacklevel=2)
     return samples

@@ -149,7 +149,7 @@ def command() -> str:
 def test_the_real_command(tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     done = subprocess.run(
-        [command(), "sample", "sphere(r=1) - box(1, 1, 3)", "-n", "400", "-o", path, "--json"],
+        [command(), "sample", "sphere(r=1) | translate(torus(), z=3)", "-n", "400", "-o", path, "--json"],
         capture_output=True,
         text=True,
         check=False,

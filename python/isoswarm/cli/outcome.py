@@ -12,7 +12,7 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from isoswarm.errors import EmptySurfaceWarning
+from isoswarm.errors import EmptySurfaceWarning, SamplingWarning
 from isoswarm.samples import Report
 
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -40,8 +40,9 @@ def reported() -> Iterator[None]:
                 yield
             finally:
                 for warning in caught:
-                    empty = issubclass(warning.category, EmptySurfaceWarning)
-                    say("empty" if empty else "warning", str(warning.message), "yellow")
+                    if warning.category is not SamplingWarning:  # which finish() tells
+                        empty = issubclass(warning.category, EmptySurfaceWarning)
+                        say("empty" if empty else "warning", str(warning.message), "yellow")
     except typer.Exit:
         raise
     except KeyboardInterrupt:
