@@ -1,4 +1,5 @@
 //! isoswarm-field: what a surface is.
+mod bumps;
 mod dual;
 mod error;
 mod eval;

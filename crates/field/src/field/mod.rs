@@ -9,6 +9,7 @@ mod surface;
 
 use std::sync::{Arc, OnceLock};
 
+use crate::bumps::Sum;
 use crate::kernel::Batch;
 use crate::model::{Lowered, Model, ParamInfo};
 use crate::program::{Program, Purpose};
@@ -65,6 +66,8 @@ pub struct Field {
     params: Vec<ParamInfo>,
     /// The uniforms of each component's tape at the present values.
     uniforms: Vec<Vec<f64>>,
+    /// The first component as a sum of bumps at the present values, if it is one; found when first asked for.
+    bumps: OnceLock<Option<Arc<Sum>>>,
 }
 
 impl Field {
@@ -78,6 +81,7 @@ impl Field {
             compiled: Arc::new(Compiled { parts, leaves, axes }),
             params,
             uniforms: Vec::new(),
+            bumps: OnceLock::new(),
         };
         field.refresh();
         Ok(field)
@@ -86,6 +90,7 @@ impl Field {
     fn refresh(&mut self) {
         let values: Vec<f64> = self.params.iter().map(|p| p.value).collect();
         self.uniforms = self.compiled.parts.iter().map(|p| p.tape.uniforms.evaluate(&values)).collect();
+        self.bumps = OnceLock::new();
     }
 
     /// The tree that the field was compiled from, with the values it had then.

@@ -1,6 +1,9 @@
 //! A field as the particles see it.
 
+use std::sync::Arc;
+
 use super::{Field, cells};
+use crate::bumps::Sum;
 use crate::regions::{Narrowed, RegionOptions, Whole};
 use crate::surface::{Aabb, Cells, Surface};
 use crate::{FieldError, Interval};
@@ -21,6 +24,19 @@ impl Field {
             spans: self.spans(0),
             axes: self.axes(),
         }
+    }
+
+    /// The uniforms of a component's tape.
+    #[cfg(test)]
+    pub(crate) fn uniforms(&self, component: usize) -> &[f64] {
+        &self.uniforms[component]
+    }
+
+    /// The field as a sum of bumps, which needs no pruning, if it is one.
+    fn bumps(&self) -> Option<&Sum> {
+        let plain = self.axes() == 3 && self.components() == 1 && !self.is_opaque();
+        let find = || Sum::of(self.tape(0), &self.uniforms[0]).map(Arc::new);
+        plain.then(|| self.bumps.get_or_init(find).as_deref())?
     }
 
     /// Flat coordinates, `axes()` numbers a point.
@@ -105,6 +121,9 @@ impl Surface for Field {
         value: &mut [f64],
         gradient: &mut [[f64; 3]],
     ) -> Result<(), FieldError> {
+        if let Some(sum) = self.bumps() {
+            return sum.value_gradient(points, value, gradient);
+        }
         if self.components() != 1 {
             return Err(FieldError::Invalid(format!(
                 "a surface has one equation, this field has {}",
@@ -123,6 +142,9 @@ impl Surface for Field {
     }
 
     fn hessian(&self, points: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), FieldError> {
+        if let Some(sum) = self.bumps() {
+            return sum.hessian(points, out);
+        }
         let d = Field::axes(self);
         let mut full = vec![0.0; points.len() * d * d];
         Field::hessian(self, &self.packed(points), &mut full)?;
@@ -135,7 +157,8 @@ impl Surface for Field {
         points: &[[f64; 3]],
         margin: f64,
     ) -> Result<Option<Box<dyn Surface + 'a>>, FieldError> {
-        if self.is_opaque() || self.components() != 1 || self.tape(0).len() <= SHORT {
+        if self.is_opaque() || self.components() != 1 || self.tape(0).len() <= SHORT || self.bumps().is_some()
+        {
             return Ok(None);
         }
         let options = RegionOptions { tail: self.tail(points)?, ..Default::default() };
@@ -143,6 +166,9 @@ impl Surface for Field {
     }
 
     fn cells(&self, bounds: &Aabb, side: f64, most: usize) -> Option<Cells<'_>> {
+        if let Some(sum) = self.bumps() {
+            return sum.cells(bounds, side, most);
+        }
         (!self.is_opaque() && self.components() == 1)
             .then(|| cells::search(self.whole(), bounds, side, most, self.tail_in(bounds)))
     }

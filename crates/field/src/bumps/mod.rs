@@ -1,0 +1,323 @@
+//! Sums of Gaussian bumps, such as molecules: F = offset + Σ factor exp(level − Σ_axis weight (x_axis − centre)²).
+//!
+//! Near any point only the bumps around it matter. A tape spends a dozen instructions on a bump and needs interval
+//! passes to find out which ones can be left out; here a grid of the bumps knows it, and one loop computes value and
+//! derivatives of each. The sum is recognised on the tape, so that it does not matter how a model was written.
+
+mod recognise;
+mod search;
+#[cfg(test)]
+mod tests;
+
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
+
+use crate::FieldError;
+use crate::math;
+use crate::surface::{Aabb, Cells, Surface};
+use crate::tape::Tape;
+
+/// factor · exp(level − Σ_axis weight (x_axis − centre)²)
+#[derive(Clone, Copy, Debug)]
+struct Bump {
+    factor: f64,
+    level: f64,
+    weight: [f64; 3],
+    center: [f64; 3],
+}
+
+/// What all dropped bumps together may move the surface, relative to its diameter.
+const TAIL: f64 = 1e-13;
+
+/// The gradient at the surface of several bumps that cancel, relative to that of one alone: a guess on the safe side,
+/// since the tail enters by its logarithm.
+const FLAT: f64 = 1e-3;
+
+/// Points whose bumps are gathered together.
+const RUN: usize = 64;
+
+/// Points that one task evaluates.
+const CHUNK: usize = 1024;
+
+/// Lanes of a block.
+const LANES: usize = 16;
+
+/// A sum of bumps at fixed parameters, as a surface.
+#[derive(Debug)]
+pub(crate) struct Sum {
+    offset: f64,
+    bumps: Vec<Bump>,
+    /// Squared distance, measured in the bump's own weights, beyond which it is left out.
+    reach: Vec<f64>,
+    /// What all bumps that are left out anywhere add up to at most.
+    dropped: f64,
+    grid: Grid,
+}
+
+/// A grid of cells; the bumps are in the order of the cells of their centres, x running fastest.
+#[derive(Debug)]
+struct Grid {
+    /// Longest distance at which any bump counts.
+    reach: f64,
+    side: f64,
+    lo: [f64; 3],
+    count: [usize; 3],
+    /// Where each cell's bumps begin; one more at the end.
+    start: Vec<u32>,
+}
+
+impl Sum {
+    /// The sum that the tape computes at these uniforms, if it is one.
+    pub(crate) fn of(tape: &Tape, uniforms: &[f64]) -> Option<Sum> {
+        recognise::recognise(tape, uniforms)
+    }
+
+    fn new(offset: f64, bumps: Vec<Bump>) -> Option<Sum> {
+        let centers: Vec<[f64; 3]> = bumps.iter().map(|b| b.center).collect();
+        let finite = |b: &Bump| b.factor.is_finite() && b.center.iter().all(|c| c.is_finite());
+        if !bumps.iter().all(finite) || !offset.is_finite() {
+            return None;
+        }
+        // A bump alone has its surface where it cancels the offset, and the slope 2 |offset| √(weight · depth) there.
+        let slope = |b: &Bump| {
+            let depth = (b.factor.abs().ln() + b.level - offset.abs().ln()).max(1e-3);
+            2.0 * offset.abs() * (b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)) * depth).sqrt()
+        };
+        let least = bumps.iter().map(slope).fold(f64::INFINITY, f64::min);
+        let extent = |b: &Bump| 1.0 / b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)).sqrt();
+        let diameter = Aabb::around(&centers)?.diagonal() + bumps.iter().map(extent).fold(0.0, f64::max);
+        let tail = TAIL * FLAT * least * diameter / bumps.len() as f64;
+        if !(tail > 0.0 && tail.is_finite()) {
+            return None;
+        }
+        let reach = |b: &Bump| (b.level + (b.factor.abs() / tail).ln()).max(0.0);
+        let longest = bumps.iter().map(|b| reach(b).sqrt() * extent(b)).fold(0.0, f64::max);
+        let (grid, order) = Grid::new(&centers, longest)?;
+        let bumps: Vec<Bump> = order.iter().map(|&i| bumps[i as usize]).collect();
+        let reach = bumps.iter().map(reach).collect();
+        Some(Sum { offset, dropped: tail * bumps.len() as f64, bumps, reach, grid })
+    }
+
+    /// The bumps that count somewhere in the box, in a fixed order.
+    fn near(&self, b: &Aabb, out: &mut Vec<u32>) {
+        out.clear();
+        self.grid.rows(b, |row| {
+            let first = out.len();
+            out.resize(first + row.len(), 0);
+            let list = &mut out[first..];
+            let mut kept = 0;
+            for i in row {
+                list[kept] = i as u32;
+                kept += usize::from(self.least_exponent(i, b) <= self.reach[i]);
+            }
+            out.truncate(first + kept);
+        });
+    }
+
+    /// Whether bump `i` is above the tail anywhere in the box.
+    #[inline(always)]
+    fn counts(&self, i: u32, b: &Aabb) -> bool {
+        self.least_exponent(i as usize, b) <= self.reach[i as usize]
+    }
+
+    /// Smallest Σ weight (x − centre)² in the box.
+    #[inline(always)]
+    fn least_exponent(&self, i: usize, b: &Aabb) -> f64 {
+        let bump = &self.bumps[i];
+        let mut d2 = 0.0;
+        for a in 0..3 {
+            let d = (b.lo[a] - bump.center[a]).max(bump.center[a] - b.hi[a]).max(0.0);
+            d2 += bump.weight[a] * d * d;
+        }
+        d2
+    }
+
+    /// Calls `f` with runs of neighbouring points and the bumps that count there.
+    fn runs(&self, points: &[[f64; 3]], near: &mut Vec<u32>, f: &mut impl FnMut(usize, usize, &[Bump])) {
+        let mut bumps = Vec::new();
+        let mut start = 0;
+        while start < points.len() {
+            let mut end = (start + RUN).min(points.len());
+            // Points that are far apart are taken in shorter runs.
+            let bounds = loop {
+                let Some(b) = Aabb::around(&points[start..end]) else { return };
+                if end - start <= 1 || b.diagonal() <= 0.6 * self.grid.reach {
+                    break b;
+                }
+                end = start + (end - start) / 2;
+            };
+            self.near(&bounds, near);
+            bumps.clear();
+            bumps.extend(near.iter().map(|&i| self.bumps[i as usize]));
+            f(start, end, &bumps);
+            start = end;
+        }
+    }
+
+    fn evaluate(&self, points: &[[f64; 3]], value: &mut [f64], gradient: &mut [[f64; 3]]) {
+        let mut near = Vec::new();
+        let arch = Arch::new();
+        self.runs(points, &mut near, &mut |start, end, bumps| {
+            for first in (start..end).step_by(LANES) {
+                let n = LANES.min(end - first);
+                let block = Block { offset: self.offset, bumps, points: &points[first..first + n] };
+                let (f, g) = arch.dispatch(block);
+                value[first..first + n].copy_from_slice(&f[..n]);
+                for j in 0..n {
+                    gradient[first + j] = [g[0][j], g[1][j], g[2][j]];
+                }
+            }
+        });
+    }
+
+    fn second(&self, points: &[[f64; 3]], out: &mut [[f64; 6]]) {
+        let mut near = Vec::new();
+        self.runs(points, &mut near, &mut |start, end, bumps| {
+            for i in start..end {
+                let mut h = [0.0; 6];
+                for b in bumps {
+                    let d = [0, 1, 2].map(|a| b.weight[a] * (points[i][a] - b.center[a]));
+                    let u: f64 = (0..3).map(|a| d[a] * (points[i][a] - b.center[a])).sum();
+                    let e = 2.0 * b.factor * math::exp(b.level - u);
+                    let outer = |a: usize, c: usize| 2.0 * e * d[a] * d[c];
+                    h[0] += outer(0, 0) - e * b.weight[0];
+                    h[1] += outer(0, 1);
+                    h[2] += outer(0, 2);
+                    h[3] += outer(1, 1) - e * b.weight[1];
+                    h[4] += outer(1, 2);
+                    h[5] += outer(2, 2) - e * b.weight[2];
+                }
+                out[i] = h;
+            }
+        });
+    }
+}
+
+/// Points next to each other, and the bumps that count there.
+struct Block<'a> {
+    offset: f64,
+    bumps: &'a [Bump],
+    points: &'a [[f64; 3]],
+}
+
+impl NullaryFnOnce for Block<'_> {
+    type Output = ([f64; LANES], [[f64; LANES]; 3]);
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { offset, bumps, points } = self;
+        let mut x = [[0.0; LANES]; 3];
+        for a in 0..3 {
+            for j in 0..LANES {
+                x[a][j] = points[j.min(points.len() - 1)][a];
+            }
+        }
+        // A point that is no number has no value either, even where no bump is near it.
+        let mut f = [offset; LANES];
+        for j in 0..LANES {
+            if (x[0][j] + x[1][j] + x[2][j]).is_nan() {
+                f[j] = f64::NAN;
+            }
+        }
+        let mut g = [[0.0; LANES]; 3];
+        for b in bumps {
+            let [wx, wy, wz] = b.weight;
+            let [cx, cy, cz] = b.center;
+            let mut d = [[0.0; LANES]; 3];
+            let mut u = [0.0; LANES];
+            for j in 0..LANES {
+                d[0][j] = x[0][j] - cx;
+                d[1][j] = x[1][j] - cy;
+                d[2][j] = x[2][j] - cz;
+                u[j] = b.level
+                    - (wx * (d[0][j] * d[0][j]) + wy * (d[1][j] * d[1][j]) + wz * (d[2][j] * d[2][j]));
+            }
+            for j in 0..LANES {
+                u[j] = b.factor * math::exp(u[j]);
+            }
+            for j in 0..LANES {
+                f[j] += u[j];
+                let e = -2.0 * u[j];
+                g[0][j] += e * (wx * d[0][j]);
+                g[1][j] += e * (wy * d[1][j]);
+                g[2][j] += e * (wz * d[2][j]);
+            }
+        }
+        (f, g)
+    }
+}
+
+impl Grid {
+    /// Cells of half the reach, or larger where they would be too many; and the order of the bumps in them.
+    fn new(centers: &[[f64; 3]], reach: f64) -> Option<(Grid, Vec<u32>)> {
+        let bounds = Aabb::around(centers)?;
+        let extent = [0, 1, 2].map(|a| bounds.hi[a] - bounds.lo[a]);
+        let most = 8.0 * centers.len() as f64 + 64.0;
+        let mut side = 0.5 * reach;
+        let cells = |side: f64| extent.iter().map(|e| (e / side).floor() + 1.0).product::<f64>();
+        if !(side > 0.0 && side.is_finite() && cells(side).is_finite()) {
+            return None;
+        }
+        while cells(side) > most {
+            side *= 1.25;
+        }
+        let count = extent.map(|e| (e / side) as usize + 1);
+        let mut grid = Grid { reach, side, lo: bounds.lo, count, start: Vec::new() };
+        let mut order: Vec<u32> = (0..centers.len() as u32).collect();
+        let number = |i: u32| grid.number(grid.cell(centers[i as usize]));
+        order.sort_by_key(|&i| number(i));
+        let keys: Vec<usize> = order.iter().map(|&i| number(i)).collect();
+        let total = count.iter().product::<usize>();
+        grid.start = (0..=total).map(|c| keys.partition_point(|k| *k < c) as u32).collect();
+        Some((grid, order))
+    }
+
+    fn cell(&self, p: [f64; 3]) -> [usize; 3] {
+        // The cast saturates: what lies below the grid belongs to its first cell.
+        [0, 1, 2].map(|a| (((p[a] - self.lo[a]) / self.side) as usize).min(self.count[a] - 1))
+    }
+
+    fn number(&self, [x, y, z]: [usize; 3]) -> usize {
+        (z * self.count[1] + y) * self.count[0] + x
+    }
+
+    /// Calls `f` with ranges of bumps: all that may count in the box.
+    fn rows(&self, b: &Aabb, mut f: impl FnMut(std::ops::Range<usize>)) {
+        let grown = b.grown(self.reach);
+        let (lo, hi) = (self.cell(grown.lo), self.cell(grown.hi));
+        for z in lo[2]..=hi[2] {
+            for y in lo[1]..=hi[1] {
+                let first = self.start[self.number([lo[0], y, z])];
+                let last = self.start[self.number([hi[0], y, z]) + 1];
+                if first < last {
+                    f(first as usize..last as usize);
+                }
+            }
+        }
+    }
+}
+
+impl Surface for Sum {
+    fn value_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) -> Result<(), FieldError> {
+        points
+            .par_chunks(CHUNK)
+            .zip(value.par_chunks_mut(CHUNK))
+            .zip(gradient.par_chunks_mut(CHUNK))
+            .for_each(|((p, v), g)| self.evaluate(p, v, g));
+        Ok(())
+    }
+
+    fn hessian(&self, points: &[[f64; 3]], out: &mut [[f64; 6]]) -> Result<(), FieldError> {
+        points.par_chunks(CHUNK).zip(out.par_chunks_mut(CHUNK)).for_each(|(p, h)| self.second(p, h));
+        Ok(())
+    }
+
+    fn cells(&self, bounds: &Aabb, side: f64, most: usize) -> Option<Cells<'_>> {
+        Some(search::search(self, bounds, side, most))
+    }
+}
