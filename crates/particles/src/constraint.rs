@@ -154,6 +154,13 @@ pub(crate) fn evaluate(
     surface.value_gradient(points, value, gradient)
 }
 
+/// From so many points on a narrowed field pays.
+const MANY: usize = 2048;
+/// Rounds in which all points stay together for it.
+const TOGETHER: usize = 3;
+/// How far, in longest steps, most points move.
+const NEARBY: f64 = 0.2;
+
 /// How [`project`] goes about its work.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
@@ -183,21 +190,33 @@ pub(crate) fn project(
     let mut active: Vec<u32> = (0..points.len() as u32).collect();
     let mut trial: Vec<V3> = points.to_vec();
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
+    // Many points are worth a field that is narrowed to where they are. It wants all of them, in their order, so that
+    // none drops out in the first rounds.
+    let narrowed =
+        if points.len() < MANY { None } else { surface.narrowed(points, NEARBY * target.longest)? };
     for round in 0..target.rounds {
-        evaluate(surface, count, &trial, &mut value, &mut gradient)?;
+        let together = narrowed.is_some() && round < TOGETHER;
+        let field = narrowed.as_deref().filter(|_| together).unwrap_or(surface);
+        evaluate(field, count, &trial, &mut value, &mut gradient)?;
         let mut still = Vec::with_capacity(active.len());
         let mut next = Vec::with_capacity(active.len());
         for (k, &i) in active.iter().enumerate() {
             let (i, g) = (i as usize, gradient[k]);
             let off = value[k].abs() / norm(g);
             let step = walls.newton(trial[k], value[k], g, target.longest, target.least);
+            let stays = together && round + 1 < TOGETHER;
             if step.is_none() && value[k] == 0.0 {
                 // On the surface, at a singular point.
                 points[i] = trial[k];
                 normals[i] = [0.0; 3];
-                continue;
             }
-            let Some(step) = step else { continue };
+            let Some(step) = step else {
+                if stays {
+                    still.push(i as u32);
+                    next.push(trial[k]);
+                }
+                continue;
+            };
             let better = off < left[i];
             if better {
                 points[i] = trial[k];
@@ -210,6 +229,9 @@ pub(crate) fn project(
             {
                 still.push(i as u32);
                 next.push(step);
+            } else if stays {
+                still.push(i as u32);
+                next.push(points[i]);
             }
         }
         active = still;

@@ -22,6 +22,8 @@ pub(crate) fn principal(
     for (batch, points) in swarm.points.chunks(BATCH).enumerate() {
         let n = points.len();
         let (mut value, mut gradient, mut hessian) = (vec![0.0; n], vec![[0.0; 3]; n], vec![[0.0; 6]; n]);
+        let narrowed = surface.narrowed(points, 0.0).ok().flatten();
+        let surface = narrowed.as_deref().unwrap_or(surface);
         let known = surface.value_gradient(points, &mut value, &mut gradient).is_ok()
             && surface.hessian(points, &mut hessian).is_ok();
         let curvature = |k: usize| {

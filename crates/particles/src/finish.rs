@@ -57,7 +57,7 @@ pub(crate) fn finish(
     let walls = seeds.walls;
     swarm.velocity = Vec::new();
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
-    let target = Target { tolerance: 1e-15 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
+    let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
     let max_error = left.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
