@@ -246,7 +246,7 @@ impl Neighbors {
         let mut present: Vec<usize> = octaves.clone();
         present.sort_unstable();
         present.dedup();
-        let side = |o: usize| least * (o as f64).exp2();
+        let side = |o: usize| least * 2f64.powi(o as i32);
         let select = |f: &dyn Fn(usize) -> bool| -> Vec<u32> {
             (0..points.len() as u32).filter(|&i| f(octaves[i as usize])).collect()
         };
