@@ -80,7 +80,7 @@ impl Sum {
         }
         // A bump alone has its surface where it cancels the offset, and the slope 2 |offset| √(weight · depth) there.
         let slope = |b: &Bump| {
-            let depth = (b.factor.abs().ln() + b.level - offset.abs().ln()).max(1e-3);
+            let depth = (math::ln(b.factor.abs()) + b.level - math::ln(offset.abs())).max(1e-3);
             2.0 * offset.abs() * (b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)) * depth).sqrt()
         };
         let least = bumps.iter().map(slope).fold(f64::INFINITY, f64::min);
@@ -90,7 +90,7 @@ impl Sum {
         if !(tail > 0.0 && tail.is_finite()) {
             return None;
         }
-        let reach = |b: &Bump| (b.level + (b.factor.abs() / tail).ln()).max(0.0);
+        let reach = |b: &Bump| (b.level + math::ln(b.factor.abs() / tail)).max(0.0);
         let longest = bumps.iter().map(|b| reach(b).sqrt() * extent(b)).fold(0.0, f64::max);
         let (grid, order) = Grid::new(&centers, longest)?;
         let bumps: Vec<Bump> = order.iter().map(|&i| bumps[i as usize]).collect();
