@@ -24,7 +24,7 @@ class Options:
     log: Callable[[str], None] = print
 
 
-def timed(options: Options, call: Callable[[], Any], limit: float = 20.0) -> tuple[float, Any]:
+def timed(options: Options, call: Callable[[], Any], limit: float = 8.0) -> tuple[float, Any]:
     """Smallest time of up to ``options.runs`` calls, in seconds, and the last result.
 
     Whatever else the machine does can only add. No further call is made once ``limit`` seconds have passed.

@@ -46,6 +46,9 @@ def _compare(options: Options, blobs: fields.Blobs, n: int) -> list[Row]:
                 options, lambda v=values, k=corner, c=cells: pipelines.marching_cubes(v, k, cell / c)
             )
             for name, sampler in pipelines.SAMPLERS.items():
+                # On the coarser mesh only what was fastest on the finer one.
+                if cells != CELLS and (by, CELLS) in best and best[by, CELLS][1] != name:
+                    continue
                 entry = _sample(options, data, sampler, name, mesh, n, (by, cells))
                 if entry is None:
                     continue
