@@ -186,25 +186,50 @@ pub(crate) fn project(
     normals: &mut [V3],
     target: Target,
 ) -> Result<Vec<f64>, FieldError> {
-    let mut left = vec![f64::INFINITY; points.len()];
-    let mut active: Vec<u32> = (0..points.len() as u32).collect();
-    let mut trial: Vec<V3> = points.to_vec();
-    let (mut value, mut gradient) = (Vec::new(), Vec::new());
     // Many points are worth a field that is narrowed to where they are. It wants all of them, in their order, so that
     // none drops out in the first rounds.
     let narrowed =
         if points.len() < MANY { None } else { surface.narrowed(points, NEARBY * target.longest)? };
+    let Some(field) = narrowed else {
+        return project_together(surface, count, walls, points, normals, target, 0);
+    };
+    let near = Target { rounds: TOGETHER.min(target.rounds), ..target };
+    let mut left = project_together(field.as_ref(), count, walls, points, normals, near, TOGETHER)?;
+    let far: Vec<usize> = (0..points.len()).filter(|&i| left[i] > target.tolerance).collect();
+    let mut places: Vec<V3> = far.iter().map(|&i| points[i]).collect();
+    let mut frames: Vec<V3> = far.iter().map(|&i| normals[i]).collect();
+    let rest = project_together(surface, count, walls, &mut places, &mut frames, target, 0)?;
+    for (k, &i) in far.iter().enumerate() {
+        if rest[k] <= left[i] {
+            (points[i], normals[i], left[i]) = (places[k], frames[k], rest[k]);
+        }
+    }
+    Ok(left)
+}
+
+/// [`project`] on the field as it is. In the first `together` rounds no point drops out.
+pub(crate) fn project_together(
+    surface: &dyn Surface,
+    count: &mut u64,
+    walls: &Walls,
+    points: &mut [V3],
+    normals: &mut [V3],
+    target: Target,
+    together: usize,
+) -> Result<Vec<f64>, FieldError> {
+    let mut left = vec![f64::INFINITY; points.len()];
+    let mut active: Vec<u32> = (0..points.len() as u32).collect();
+    let mut trial: Vec<V3> = points.to_vec();
+    let (mut value, mut gradient) = (Vec::new(), Vec::new());
     for round in 0..target.rounds {
-        let together = narrowed.is_some() && round < TOGETHER;
-        let field = narrowed.as_deref().filter(|_| together).unwrap_or(surface);
-        evaluate(field, count, &trial, &mut value, &mut gradient)?;
+        evaluate(surface, count, &trial, &mut value, &mut gradient)?;
         let mut still = Vec::with_capacity(active.len());
         let mut next = Vec::with_capacity(active.len());
         for (k, &i) in active.iter().enumerate() {
             let (i, g) = (i as usize, gradient[k]);
             let off = value[k].abs() / norm(g);
             let step = walls.newton(trial[k], value[k], g, target.longest, target.least);
-            let stays = together && round + 1 < TOGETHER;
+            let stays = round + 1 < together;
             if step.is_none() && value[k] == 0.0 {
                 // On the surface, at a singular point.
                 points[i] = trial[k];

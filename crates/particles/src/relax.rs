@@ -7,7 +7,7 @@ use isoswarm_field::{FieldError, Surface};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::constraint::{CHUNK, Target, Walls, evaluate, project};
+use crate::constraint::{CHUNK, Target, Walls, evaluate, project_together};
 use crate::kernel::gauss;
 use crate::neighbors::Neighbors;
 use crate::swarm::Swarm;
@@ -242,8 +242,15 @@ impl<'s> Relaxation<'s> {
             least: self.least,
             rounds: 4,
         };
-        let left =
-            project(self.surface, &mut self.evaluations, &self.walls, &mut points, &mut normals, target)?;
+        let among = Among {
+            field: self.narrowed.as_deref().filter(|_| MANY * self.turned.len() > self.next.len()),
+            whole: self.surface,
+            all: &self.next,
+            chosen: &self.turned,
+        };
+        let together = if among.field.is_some() { target.rounds } else { 0 };
+        let count = &mut self.evaluations;
+        let left = project_together(&among, count, &self.walls, &mut points, &mut normals, target, together)?;
         for (k, &i) in self.turned.iter().enumerate() {
             let i = i as usize;
             let (old, new) = (self.swarm.points[i], points[k]);
@@ -267,6 +274,44 @@ impl<'s> Relaxation<'s> {
     /// Forgets the momentum.
     pub(crate) fn rest(&mut self) {
         self.swarm.velocity.iter_mut().for_each(|v| *v = [0.0; 3]);
+    }
+}
+
+/// From this part of all floaters on it is cheaper to evaluate all on the narrowed field, which wants all of them, than
+/// the few on the whole one.
+const MANY: usize = 64;
+
+/// Some floaters among all that a narrowed field knows.
+struct Among<'a> {
+    field: Option<&'a (dyn Surface + 'a)>,
+    whole: &'a dyn Surface,
+    all: &'a [V3],
+    chosen: &'a [u32],
+}
+
+impl Surface for Among<'_> {
+    fn axes(&self) -> usize {
+        self.whole.axes()
+    }
+
+    fn value_gradient(&self, p: &[V3], value: &mut [f64], gradient: &mut [V3]) -> Result<(), FieldError> {
+        let Some(field) = self.field.filter(|_| p.len() == self.chosen.len()) else {
+            return self.whole.value_gradient(p, value, gradient);
+        };
+        let mut all = self.all.to_vec();
+        for (k, &i) in self.chosen.iter().enumerate() {
+            all[i as usize] = p[k];
+        }
+        let (mut values, mut gradients) = (vec![0.0; all.len()], vec![[0.0; 3]; all.len()]);
+        field.value_gradient(&all, &mut values, &mut gradients)?;
+        for (k, &i) in self.chosen.iter().enumerate() {
+            (value[k], gradient[k]) = (values[i as usize], gradients[i as usize]);
+        }
+        Ok(())
+    }
+
+    fn hessian(&self, points: &[V3], hessian: &mut [[f64; 6]]) -> Result<(), FieldError> {
+        self.whole.hessian(points, hessian)
     }
 }
 
