@@ -31,7 +31,7 @@ lint: setup
 	$(PY) -m mypy
 
 test-rust: setup
-	$(CARGO) test --workspace --exclude isoswarm-python --features isoswarm-field/testkit --locked
+	$(CARGO) test --workspace --exclude isoswarm-python --features isoswarm-field/testkit --locked --no-fail-fast
 
 test-python: build
 	$(PY) -m pytest
