@@ -11,7 +11,7 @@ from table import Row, number
 
 def _fidget(*arguments: str) -> dict:
     environment = {"CARGO_TARGET_DIR": str(ROOT / "build" / "bench-target"), **os.environ}
-    command = ["cargo", "run", "--release", "--locked", "--quiet", "--", *arguments]
+    command = ["cargo", "run", "--release", "--quiet", "--", *arguments]
     done = subprocess.run(
         command, cwd=BENCHES / "fidget", env=environment, check=True, stdout=subprocess.PIPE, text=True
     )
