@@ -44,6 +44,10 @@ const MIDDLE_STEPS: usize = 16;
 const FIRST_STEPS: usize = 10;
 pub(crate) const SETTLING_STEPS: usize = 60;
 const POLISHING_STEPS: usize = 9;
+/// Steps of settling after which the gain falls by a factor every so many.
+const PATIENCE: usize = 36;
+const CALMING_EVERY: usize = 2;
+const CALMER: f64 = 0.75;
 /// Steps after a refinement until the population is brought to its number.
 const BEFORE_BALANCE: usize = 4;
 /// Steps that bring floaters from an earlier run to a new number and density.
@@ -58,8 +62,11 @@ const COARSEST: usize = 300;
 const PER_COMPONENT: usize = 12;
 /// Mean distance between nearest neighbours in square roots of the mean cell, when relaxed: .96 of the hexagonal one.
 const NEAREST: f64 = 1.03;
-/// Root mean square displacement of a step in σ at which a swarm counts as settled.
-const SETTLED: f64 = 0.03;
+/// Root mean square displacement of a step in σ at which a swarm counts as settled: further steps change its evenness
+/// little.
+const SETTLED: f64 = 0.055;
+/// The same where a spacing is asked for, which is measured to a hundredth.
+const SETTLED_TO_MEASURE: f64 = 0.03;
 /// Difference between the spacing asked for and measured that is worth another correction.
 const CLOSE: f64 = 0.008;
 
@@ -292,12 +299,17 @@ impl Work<'_, '_, '_> {
 
     fn settle(&mut self, most: usize) -> Result<bool, Error> {
         self.enter(SETTLING);
+        let settled = if self.spacing.is_some() { SETTLED_TO_MEASURE } else { SETTLED };
         for k in 0..most {
+            // What has not settled by now shuttles: in crevices many neighbours push at once.
+            if k >= PATIENCE && k % CALMING_EVERY == 0 {
+                self.enter(Phase { gain: CALMER * self.phase.gain, ..self.phase });
+            }
             let (moved, goes_on) = self.step(0.5 + 0.4 * k as f64 / most as f64)?;
             if !goes_on {
                 return Ok(false);
             }
-            if k >= 2 * BEFORE_BALANCE && moved.rms < SETTLED {
+            if k >= 2 * BEFORE_BALANCE && moved.rms < settled {
                 return Ok(true);
             }
         }
