@@ -81,9 +81,9 @@ fn with_scratch<R>(n: usize, f: impl FnOnce(&mut [f64]) -> R) -> R {
     })
 }
 
-/// Points of a block. One length for each kind of derivative: every further one costs a copy of all loops.
-const LONG: usize = 64;
-const WITH_PARAMETERS: usize = 32;
+/// Points of a block. Shorter blocks spend their time on fetching instructions, longer ones leave the cache; every
+/// further length would cost a copy of all loops.
+const BLOCK: usize = 64;
 
 /// What a run computes besides F.
 pub(crate) enum Want<'a, 'b> {
@@ -153,12 +153,11 @@ pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut
     let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
     let arch = Arch::new();
     match want {
-        Want::Value | Want::Gradient { .. } => with_scratch(lines * LONG, |scratch| {
-            arch.dispatch(Run::<LONG, false> { program, uniforms, batch, value, want, scratch });
+        Want::Value | Want::Gradient { .. } => with_scratch(lines * BLOCK, |scratch| {
+            arch.dispatch(Run::<BLOCK, false> { program, uniforms, batch, value, want, scratch });
         }),
-        // Parameters make long tapes: shorter blocks stay in the cache.
-        _ => with_scratch(lines * WITH_PARAMETERS, |scratch| {
-            arch.dispatch(Run::<WITH_PARAMETERS, true> { program, uniforms, batch, value, want, scratch });
+        _ => with_scratch(lines * BLOCK, |scratch| {
+            arch.dispatch(Run::<BLOCK, true> { program, uniforms, batch, value, want, scratch });
         }),
     }
 }
