@@ -121,8 +121,8 @@ fn tightened(field: &Field, mut bounds: Aabb) -> Option<Aabb> {
         let side = (0..3).map(|a| bounds.hi[a] - bounds.lo[a]).fold(0.0, f64::max);
         let cells = field.cells(&bounds, side / 32.0, 1 << 14)?;
         let corners: Vec<[f64; 3]> = cells.boxes.iter().flat_map(|b| [b.lo, b.hi]).collect();
-        // Nothing left: the surface is empty, and any box contains it.
-        let Some(hull) = Aabb::around(&corners) else { return Some(bounds) };
+        // Nothing left: the surface is empty, and any box contains it; one that a person can read.
+        let Some(hull) = Aabb::around(&corners) else { return Some(cube(&field.whole(), 1.0)) };
         let done = hull.diagonal() > 0.8 * bounds.diagonal();
         bounds = hull;
         if done {
