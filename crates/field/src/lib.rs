@@ -32,5 +32,5 @@ pub use model::{Callback, Leaf, Lowered, Model, ParamInfo};
 pub use op::Op;
 pub use regions::{Narrowed, RegionOptions};
 pub use scalar::Scalar;
-pub use surface::{Aabb, Cells, Surface};
+pub use surface::{Aabb, Cells, Parametric, Surface};
 pub use tape::Tape;

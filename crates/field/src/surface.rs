@@ -86,6 +86,33 @@ pub trait Surface: Sync {
     }
 }
 
+/// A surface whose shape follows from a vector q of free parameters: F(x, q) = 0.
+pub trait Parametric: Surface {
+    /// Number of free parameters, the length of q.
+    fn freedom(&self) -> usize;
+
+    /// The vector q.
+    fn q(&self) -> Vec<f64>;
+
+    /// Takes on another q. Every number must be finite and within its limits.
+    fn set_q(&mut self, q: &[f64]) -> Result<(), FieldError>;
+
+    /// Smallest and largest value of each free parameter; infinite where there is none.
+    fn limits(&self) -> Vec<(f64, f64)>;
+
+    /// A typical change of each free parameter, above 0.
+    fn scales(&self) -> Vec<f64>;
+
+    /// F, ∂F/∂x and all of ∂F/∂q at each point: row-major, one row of [`Parametric::freedom`] numbers a point.
+    fn parameter_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+        q_gradient: &mut [f64],
+    ) -> Result<(), FieldError>;
+}
+
 /// The result of an interval search: see [`Surface::cells`].
 pub struct Cells<'a> {
     /// The boxes that may contain zeros.

@@ -4,6 +4,7 @@
 //! Witkin and Heckbert (SIGGRAPH '94, "WH94").
 
 mod constraint;
+pub mod control;
 mod curvature;
 mod error;
 mod even;

@@ -165,7 +165,7 @@ impl Field {
 
     /// The numbers of the parameters that form q: neither frozen nor discrete.
     pub fn free(&self) -> Vec<usize> {
-        (0..self.params.len()).filter(|&i| !self.params[i].frozen && !self.params[i].discrete).collect()
+        (0..self.params.len()).filter(|&i| self.params[i].is_free()).collect()
     }
 
     /// The vector q.
@@ -175,22 +175,21 @@ impl Field {
 
     /// Sets the vector q; see [`Field::set_value`].
     pub fn set_q(&mut self, q: &[f64]) -> Result<(), FieldError> {
-        let free = self.free();
-        if q.len() != free.len() {
-            let (expected, given) = (format!("{} numbers", free.len()), q.len().to_string());
+        let free = self.params.iter().filter(|p| p.is_free());
+        if q.len() != free.clone().count() {
+            let (expected, given) = (format!("{} numbers", free.count()), q.len().to_string());
             return Err(FieldError::Shape { what: "q", expected, given });
         }
-        let mut next = self.clone();
-        for (&i, &v) in free.iter().zip(q) {
-            let p = &mut next.params[i];
-            if !(v.is_finite() && p.bounds.0 <= v && v <= p.bounds.1) {
-                let (lo, hi) = p.bounds;
+        for (p, &v) in free.zip(q) {
+            let (lo, hi) = p.bounds;
+            if !(v.is_finite() && lo <= v && v <= hi) {
                 return Err(FieldError::Invalid(format!("`{}` must lie in [{lo}, {hi}], given {v}", p.path)));
             }
+        }
+        for (p, &v) in self.params.iter_mut().filter(|p| p.is_free()).zip(q) {
             p.value = v;
         }
-        next.refresh();
-        *self = next;
+        self.refresh();
         Ok(())
     }
 

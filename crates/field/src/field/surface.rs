@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{Field, cells};
 use crate::bumps::Sum;
 use crate::regions::{Narrowed, RegionOptions, Whole};
-use crate::surface::{Aabb, Cells, Surface};
+use crate::surface::{Aabb, Cells, Parametric, Surface};
 use crate::{FieldError, Interval};
 
 /// Tapes up to this length gain nothing from pruning.
@@ -135,9 +135,7 @@ impl Surface for Field {
         }
         let mut packed = vec![0.0; points.len() * 2];
         self.gradient(&self.packed(points), value, &mut packed)?;
-        for (g, p) in gradient.iter_mut().zip(packed.chunks_exact(2)) {
-            *g = [p[0], p[1], 0.0];
-        }
+        unpack(&packed, gradient);
         Ok(())
     }
 
@@ -171,5 +169,55 @@ impl Surface for Field {
         }
         (!self.is_opaque() && self.components() == 1)
             .then(|| cells::search(self.whole(), bounds, side, most, self.tail_in(bounds)))
+    }
+}
+
+impl Parametric for Field {
+    fn freedom(&self) -> usize {
+        self.params.iter().filter(|p| p.is_free()).count()
+    }
+
+    fn q(&self) -> Vec<f64> {
+        Field::q(self)
+    }
+
+    fn set_q(&mut self, q: &[f64]) -> Result<(), FieldError> {
+        Field::set_q(self, q)
+    }
+
+    fn limits(&self) -> Vec<(f64, f64)> {
+        self.params.iter().filter(|p| p.is_free()).map(|p| p.bounds).collect()
+    }
+
+    fn scales(&self) -> Vec<f64> {
+        self.params.iter().filter(|p| p.is_free()).map(|p| p.scale).collect()
+    }
+
+    fn parameter_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+        q_gradient: &mut [f64],
+    ) -> Result<(), FieldError> {
+        if Field::axes(self) == 3 {
+            return self.parameter_gradient(
+                points.as_flattened(),
+                value,
+                gradient.as_flattened_mut(),
+                q_gradient,
+            );
+        }
+        let mut packed = vec![0.0; points.len() * 2];
+        self.parameter_gradient(&self.packed(points), value, &mut packed, q_gradient)?;
+        unpack(&packed, gradient);
+        Ok(())
+    }
+}
+
+/// Gradients in the plane as gradients in space.
+fn unpack(packed: &[f64], gradient: &mut [[f64; 3]]) {
+    for (g, p) in gradient.iter_mut().zip(packed.chunks_exact(2)) {
+        *g = [p[0], p[1], 0.0];
     }
 }

@@ -16,7 +16,7 @@ pub use kinds::{kind, kinds, kinds_json};
 pub use leaf::{Callback, Leaf};
 pub(crate) use lower::Call;
 pub use lower::{Lower, Lowered, MAX_GRAPH};
-pub use parameters::ParamInfo;
+pub use parameters::{ParamInfo, path_matches};
 
 use crate::FieldError;
 pub use crate::graph::MAX_AXES;

@@ -28,6 +28,13 @@ pub struct ParamInfo {
     pub unit: &'static str,
 }
 
+impl ParamInfo {
+    /// Whether it is part of q: neither frozen nor discrete.
+    pub fn is_free(&self) -> bool {
+        !self.frozen && !self.discrete
+    }
+}
+
 /// Paths in use.
 #[derive(Default)]
 struct Names {
@@ -109,7 +116,7 @@ impl Places {
 }
 
 /// Whether `path` fits `pattern`, in which `*` stands for any characters.
-fn fits(pattern: &str, path: &str) -> bool {
+pub fn path_matches(pattern: &str, path: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or("");
     let Some(mut rest) = path.strip_prefix(first) else { return false };
@@ -166,7 +173,7 @@ impl Model {
     /// A model with the parameters that fit `pattern` changed. The rest is shared with `self`.
     pub fn edit(&self, pattern: &str, mut change: impl FnMut(&mut Param)) -> Result<Self, FieldError> {
         let places = Places::of(self);
-        let hit: Vec<bool> = places.params.iter().map(|p| fits(pattern, &p.path)).collect();
+        let hit: Vec<bool> = places.params.iter().map(|p| path_matches(pattern, &p.path)).collect();
         if !hit.contains(&true) {
             let known: Vec<&str> = places.params.iter().map(|p| p.path.as_str()).take(40).collect();
             let more = if places.params.len() > known.len() { ", …" } else { "" };
