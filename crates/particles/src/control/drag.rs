@@ -1,0 +1,307 @@
+//! One step of the control points, in the order of WH94 section 5.
+
+use isoswarm_field::{FieldError, Parametric};
+
+use super::pin::Pin;
+use super::solve::{Change, Rows, System, Wanted, constrained};
+use crate::Error;
+use crate::vector::{V3, along, dot, norm, scale, sub};
+
+/// Part of a row below which it depends on the others. Two pins nearer to each other than this part of the
+/// model's size act as one.
+const RANK_TOLERANCE: f64 = 1e-6;
+/// Feedback corrections after a step.
+const CORRECTIONS: usize = 6;
+/// Halvings of a step before it is given up.
+const HALVINGS: usize = 10;
+/// A held pin may be off by this part of the step while a drag is under way, before corrections.
+const LOOSE: f64 = 0.02;
+/// Newton steps that bring a pin back onto the surface where the surface does not follow it.
+const LANDINGS: usize = 8;
+
+/// How far and how exactly; lengths in model units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepOptions {
+    /// Longest way of a pin in a step.
+    pub longest: f64,
+    /// Part of the way to its target that a dragged pin goes in a step, above 0 to 1: a spring between the pin and
+    /// the hand (WH94 section 5).
+    pub gain: f64,
+    /// Distance within which pins hold.
+    pub tolerance: f64,
+}
+
+/// What a step of the control points did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ControlStep {
+    /// Change of the parameters.
+    pub q_change: Vec<f64>,
+    /// Pins that are met independently of each other.
+    pub rank: usize,
+    /// |F|/|∇F| at each pin's place (a length; infinite where F has no gradient).
+    pub residual: Vec<f64>,
+    /// How far each pin has moved over the surface instead of with it (a tangential vector, model units).
+    pub slip: Vec<[f64; 3]>,
+    /// Longest way of a dragged pin towards its target (model units).
+    pub moved: f64,
+    /// Parameters at a limit that wanted to go beyond: their numbers in q.
+    pub at_limit: Vec<usize>,
+    /// How often the step was halved.
+    pub halvings: usize,
+    /// Nothing could move.
+    pub stuck: bool,
+}
+
+/// One step: the pins' desired motion, the parameters' change that follows (WH94 eqs. 6 to 8) and the pins' new places.
+///
+/// Held pins stay within the tolerance of the surface or, where they contradict each other, as near as weighted least squares
+/// can; dragged pins go as far as the surface follows. `metric` is the cost of a unit change of each parameter (see
+/// [`super::sensitivity`]), `desired` the change that is wanted where the pins do not care (Q, eq. 6; empty: none).
+///
+/// # Errors
+/// Pins that make no sense and what the field reports; the surface and the pins then are as they were.
+pub fn step(
+    surface: &mut dyn Parametric,
+    pins: &mut [Pin],
+    metric: &[f64],
+    desired: &[f64],
+    options: &StepOptions,
+) -> Result<ControlStep, Error> {
+    pins.iter().try_for_each(Pin::check)?;
+    let q = surface.q();
+    let before = pins.to_vec();
+    let result = attempt(surface, pins, metric, desired, options, &q);
+    if result.is_err() {
+        pins.copy_from_slice(&before);
+        surface.set_q(&q)?;
+    }
+    result
+}
+
+fn attempt(
+    surface: &mut dyn Parametric,
+    pins: &mut [Pin],
+    metric: &[f64],
+    desired: &[f64],
+    options: &StepOptions,
+    q: &[f64],
+) -> Result<ControlStep, Error> {
+    let (n, m) = (pins.len(), q.len());
+    let none = vec![0.0; m];
+    let desired = if desired.is_empty() { &none } else { desired };
+    let places: Vec<V3> = pins.iter().map(|p| p.at).collect();
+    let rows = differentiate(surface, &places, m)?;
+    let least = negligible(&rows.gradient);
+    let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
+    let room: Vec<(f64, f64)> =
+        surface.limits().iter().zip(q).map(|((lo, hi), q)| (lo - q, hi - q)).collect();
+    let mut part = 1.0;
+    for halvings in 0..=HALVINGS {
+        let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
+        let change: Vec<f64> = (0..n).map(|i| -rows.value[i] - dot(rows.gradient[i], d[i])).collect();
+        let wanted: Vec<f64> = desired.iter().map(|v| v * part).collect();
+        let within = constrained(&Wanted {
+            rows: &rows,
+            pins,
+            metric,
+            room: &room,
+            desired: &wanted,
+            change: &change,
+            least,
+            tolerance: RANK_TOLERANCE,
+        });
+        let trial = Trial { system: &within.system, first: &within.change, q, room: &room, options };
+        let ends: Vec<V3> =
+            (0..n).map(|i| along(along(places[i], 1.0, d[i]), 1.0, within.change.way[i])).collect();
+        if let Some(landed) = trial.correct(surface, pins, ends, part)? {
+            return finish(surface, pins, landed, &within, q, halvings);
+        }
+        part *= 0.5;
+    }
+    surface.set_q(q)?;
+    let residual = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
+    let system = System::new(&rows, pins, metric, &vec![false; m], least, RANK_TOLERANCE);
+    Ok(ControlStep {
+        q_change: none,
+        rank: system.rank(),
+        residual,
+        slip: vec![[0.0; 3]; n],
+        halvings: HALVINGS,
+        stuck: true,
+        ..ControlStep::default()
+    })
+}
+
+/// The way that a pin would like to go.
+fn wish(pin: &Pin, options: &StepOptions) -> V3 {
+    let Some(target) = pin.target else { return [0.0; 3] };
+    let offset = pin.guide.allowed(sub(target, pin.at));
+    let length = norm(offset);
+    // The last bit at once, so that the spring arrives.
+    let gain = if length < 0.25 * options.longest { 1.0 } else { options.gain };
+    scale(offset, gain.min(options.longest / length.max(f64::MIN_POSITIVE)))
+}
+
+/// Gradients up to this length count as zero.
+fn negligible(gradient: &[V3]) -> f64 {
+    let lengths = gradient.iter().map(|&g| norm(g)).filter(|l| l.is_finite());
+    1e-9 * lengths.fold(0.0, f64::max)
+}
+
+fn distance_of(value: f64, gradient: V3, least: f64) -> f64 {
+    let size = norm(gradient);
+    if size > least { value.abs() / size } else { f64::INFINITY }
+}
+
+fn differentiate(surface: &dyn Parametric, points: &[V3], m: usize) -> Result<Rows, FieldError> {
+    let n = points.len();
+    let mut rows = Rows { value: vec![0.0; n], gradient: vec![[0.0; 3]; n], q_gradient: vec![0.0; n * m] };
+    if n > 0 {
+        surface.parameter_gradient(points, &mut rows.value, &mut rows.gradient, &mut rows.q_gradient)?;
+    }
+    Ok(rows)
+}
+
+/// A change that is tried.
+struct Trial<'a> {
+    system: &'a System,
+    first: &'a Change,
+    q: &'a [f64],
+    room: &'a [(f64, f64)],
+    options: &'a StepOptions,
+}
+
+/// Where it led.
+struct Landed {
+    places: Vec<V3>,
+    value: Vec<f64>,
+    gradient: Vec<V3>,
+}
+
+impl Trial<'_> {
+    /// Makes the change, and corrects what it leaves with the same factors. `None` where the surface does not do what its
+    /// derivatives promised.
+    fn correct(
+        &self,
+        surface: &mut dyn Parametric,
+        pins: &[Pin],
+        mut places: Vec<V3>,
+        part: f64,
+    ) -> Result<Option<Landed>, Error> {
+        let n = places.len();
+        let (mut value, mut gradient) = (vec![0.0; n], vec![[0.0; 3]; n]);
+        let mut change = self.first.q.clone();
+        let exact: Vec<bool> = (0..n).map(|i| pins[i].softness == 0.0 && self.system.regular(i)).collect();
+        let mut last = f64::INFINITY;
+        for round in 0..=CORRECTIONS {
+            let next: Vec<f64> = self.q.iter().zip(&change).map(|(a, b)| a + b).collect();
+            if !next.iter().all(|v| v.is_finite()) {
+                return Ok(None);
+            }
+            surface.set_q(&self.clamped(next))?;
+            if n == 0 {
+                break;
+            }
+            surface.value_gradient(&places, &mut value, &mut gradient)?;
+            let least = negligible(&gradient);
+            // How far off, beyond what the linear system already had to give up.
+            let mut worst = 0.0f64;
+            for i in (0..n).filter(|&i| exact[i]) {
+                let off = distance_of(value[i], gradient[i], least) - 1.01 * self.first.residual[i].abs();
+                worst = worst.max(if off.is_nan() { f64::INFINITY } else { off });
+            }
+            let loose = self.options.tolerance.max(LOOSE * part * self.options.longest);
+            if worst <= self.options.tolerance {
+                break;
+            }
+            if round == CORRECTIONS || worst > 0.7 * last {
+                if worst > loose {
+                    return Ok(None);
+                }
+                break;
+            }
+            last = worst;
+            let back: Vec<f64> = (0..n).map(|i| if exact[i] { -value[i] } else { 0.0 }).collect();
+            let more = self.system.solve(&back);
+            for j in 0..change.len() {
+                change[j] = (change[j] + more.q[j]).clamp(self.room[j].0, self.room[j].1);
+            }
+            for (place, way) in places.iter_mut().zip(&more.way) {
+                *place = along(*place, 1.0, *way);
+            }
+        }
+        Ok(Some(Landed { places, value, gradient }))
+    }
+
+    /// q + room may round to a number just beyond a limit.
+    fn clamped(&self, mut q: Vec<f64>) -> Vec<f64> {
+        for ((v, q), (lo, hi)) in q.iter_mut().zip(self.q).zip(self.room) {
+            *v = v.clamp(q + lo, q + hi);
+        }
+        q
+    }
+}
+
+/// The pins at their new places.
+fn finish(
+    surface: &mut dyn Parametric,
+    pins: &mut [Pin],
+    landed: Landed,
+    within: &super::solve::Within,
+    q: &[f64],
+    halvings: usize,
+) -> Result<ControlStep, Error> {
+    let Landed { places, value, gradient } = landed;
+    let n = pins.len();
+    let least = negligible(&gradient);
+    let mut report = ControlStep {
+        q_change: surface.q().iter().zip(q).map(|(a, b)| a - b).collect(),
+        rank: within.system.rank(),
+        residual: (0..n).map(|i| distance_of(value[i], gradient[i], least)).collect(),
+        slip: vec![[0.0; 3]; n],
+        at_limit: within.at_limit.clone(),
+        halvings,
+        ..ControlStep::default()
+    };
+    for i in 0..n {
+        let from = pins[i].at;
+        let mut to = places[i];
+        if pins[i].target.is_some() && pins[i].softness == 0.0 {
+            // Where the surface does not follow, a dragged pin comes back to it.
+            to = land(surface, to, &pins[i], &mut report.residual[i])?;
+            let step = sub(to, from);
+            let size = norm(gradient[i]);
+            let normal = if size > least { scale(gradient[i], 1.0 / size) } else { [0.0; 3] };
+            report.slip[i] = along(step, -dot(step, normal), normal);
+            let offset = sub(pins[i].target.unwrap_or(to), from);
+            report.moved = report.moved.max(dot(step, offset) / norm(offset).max(f64::MIN_POSITIVE));
+        }
+        pins[i].at = to;
+    }
+    Ok(report)
+}
+
+/// Newton steps from a pin's place to the surface, along what its guide allows.
+fn land(surface: &dyn Parametric, place: V3, pin: &Pin, left: &mut f64) -> Result<V3, FieldError> {
+    let (mut value, mut gradient) = ([0.0], [[0.0; 3]]);
+    let (mut best, mut p) = (place, place);
+    for round in 0..LANDINGS {
+        if round > 0 {
+            surface.value_gradient(&[p], &mut value, &mut gradient)?;
+            let off = value[0].abs() / norm(gradient[0]);
+            if !(off < *left) {
+                break;
+            }
+            (best, *left) = (p, off);
+        } else {
+            surface.value_gradient(&[p], &mut value, &mut gradient)?;
+        }
+        let way = pin.guide.allowed(gradient[0]);
+        let square = dot(way, way);
+        if !(square > 1e-24 * dot(gradient[0], gradient[0])) || value[0] == 0.0 {
+            break;
+        }
+        p = along(best, -value[0] / square, way);
+    }
+    Ok(best)
+}
