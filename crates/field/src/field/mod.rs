@@ -93,7 +93,7 @@ impl Field {
         self.bumps = OnceLock::new();
     }
 
-    /// The tree that the field was compiled from, with the values it had then.
+    /// The tree that the field was compiled from, with the values it had then; see [`Field::current_model`].
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -161,6 +161,37 @@ impl Field {
     /// Takes a parameter out of q, or puts it back.
     pub fn set_frozen(&mut self, index: usize, frozen: bool) {
         self.params[index].frozen = frozen;
+    }
+
+    /// Sets the smallest and largest value of a parameter; its present value must lie between.
+    pub fn set_bounds(&mut self, index: usize, lo: f64, hi: f64) -> Result<(), FieldError> {
+        let p = &mut self.params[index];
+        if !(lo <= p.value && p.value <= hi) {
+            return Err(FieldError::Invalid(format!(
+                "the bounds of `{}` must contain its value {}, given [{lo}, {hi}]",
+                p.path, p.value
+            )));
+        }
+        p.bounds = (lo, hi);
+        Ok(())
+    }
+
+    /// Sets what counts as a typical change of a parameter: finite and above 0.
+    pub fn set_scale(&mut self, index: usize, scale: f64) -> Result<(), FieldError> {
+        let p = &mut self.params[index];
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(FieldError::Invalid(format!(
+                "the scale of `{}` must be finite and above 0, given {scale}",
+                p.path
+            )));
+        }
+        p.scale = scale;
+        Ok(())
+    }
+
+    /// The tree with the parameters' present values and settings.
+    pub fn current_model(&self) -> Result<Model, FieldError> {
+        self.model.with_parameters(&self.params)
     }
 
     /// The numbers of the parameters that form q: neither frozen nor discrete.

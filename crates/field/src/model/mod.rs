@@ -2,6 +2,7 @@
 //! and menus make trees; [`Model::lower`] turns a tree into an expression graph.
 
 mod arguments;
+mod edit;
 mod kind;
 pub mod kinds;
 mod leaf;
@@ -11,6 +12,7 @@ mod parameters;
 use std::sync::Arc;
 
 pub use arguments::Value;
+pub use edit::NodeInfo;
 pub use kind::{Category, Kind, Layout, Operands, ParamSpec, PayloadKind};
 pub use kinds::{kind, kinds, kinds_json};
 pub use leaf::{Callback, Leaf};

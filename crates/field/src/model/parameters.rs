@@ -37,7 +37,7 @@ impl ParamInfo {
 
 /// Paths in use.
 #[derive(Default)]
-struct Names {
+pub(super) struct Names {
     used: FxHashSet<String>,
     /// The last number given to a stem.
     numbers: FxHashMap<String, usize>,
@@ -45,7 +45,7 @@ struct Names {
 
 impl Names {
     /// The stem, or with the next free of `_2`, `_3`, ….
-    fn unique(&mut self, stem: String) -> String {
+    pub fn unique(&mut self, stem: String) -> String {
         let mut name = stem.clone();
         if self.used.contains(&stem) {
             let number = self.numbers.entry(stem.clone()).or_insert(1);
@@ -60,15 +60,26 @@ impl Names {
 }
 
 /// The number of each node's first parameter.
+#[derive(Default)]
 pub(crate) struct Places {
     first: FxHashMap<usize, usize>,
     params: Vec<ParamInfo>,
+    /// The path of each node with parameters of its own.
+    stems: FxHashMap<usize, String>,
+}
+
+/// The path of each node with parameters of its own, and the names in use.
+pub(super) fn stems(model: &Model) -> (Names, FxHashMap<usize, String>) {
+    let mut names = Names::default();
+    let mut places = Places::default();
+    places.visit(model, "", &mut names);
+    (names, places.stems)
 }
 
 impl Places {
     /// Numbers all parameters: a node's own, then those of what hangs below, each node at its first visit.
     pub fn of(model: &Model) -> Self {
-        let mut this = Self { first: FxHashMap::default(), params: Vec::new() };
+        let mut this = Self::default();
         this.visit(model, "", &mut Names::default());
         this
     }
@@ -84,6 +95,7 @@ impl Places {
             let stem =
                 if free_standing { model.params()[0].name.to_string() } else { format!("{above}{own}") };
             let unique = names.unique(stem);
+            self.stems.insert(model.id(), unique.clone());
             for (i, p) in model.params().iter().enumerate().filter(|(_, p)| p.expr.is_none()) {
                 let spec = model.kind().spec(i);
                 self.params.push(ParamInfo {
@@ -168,6 +180,23 @@ impl Model {
             });
         }
         self.rebuilt(&places, &mut |i, p| p.value = values[i])
+    }
+
+    /// A model whose parameters have the values, flags, bounds and scales of `params`, which are its own parameters
+    /// in their order.
+    pub fn with_parameters(&self, params: &[ParamInfo]) -> Result<Self, FieldError> {
+        let places = Places::of(self);
+        if places.params.len() != params.len() {
+            return Err(FieldError::Shape {
+                what: "parameters",
+                expected: format!("{}, those of the model", places.params.len()),
+                given: params.len().to_string(),
+            });
+        }
+        self.rebuilt(&places, &mut |i, p| {
+            let new = &params[i];
+            (p.value, p.frozen, p.bounds, p.scale) = (new.value, new.frozen, new.bounds, new.scale);
+        })
     }
 
     /// A model with the parameters that fit `pattern` changed. The rest is shared with `self`.

@@ -289,7 +289,7 @@ fn land(surface: &dyn Parametric, place: V3, pin: &Pin, left: &mut f64) -> Resul
         if round > 0 {
             surface.value_gradient(&[p], &mut value, &mut gradient)?;
             let off = value[0].abs() / norm(gradient[0]);
-            if !(off < *left) {
+            if off.is_nan() || off >= *left {
                 break;
             }
             (best, *left) = (p, off);
@@ -298,7 +298,8 @@ fn land(surface: &dyn Parametric, place: V3, pin: &Pin, left: &mut f64) -> Resul
         }
         let way = pin.guide.allowed(gradient[0]);
         let square = dot(way, way);
-        if !(square > 1e-24 * dot(gradient[0], gradient[0])) || value[0] == 0.0 {
+        let across = square > 1e-24 * dot(gradient[0], gradient[0]);
+        if !across || value[0] == 0.0 {
             break;
         }
         p = along(best, -value[0] / square, way);

@@ -126,7 +126,7 @@ impl Factors {
                 first.swap(at, pivot);
                 let row = &rows[at * width + k..(at + 1) * width];
                 let length = dot(row, row).sqrt();
-                if !(length > least) {
+                if length.is_nan() || length <= least {
                     break;
                 }
                 // Row k becomes (.., -sign(x₀)|x|, 0, ..).

@@ -64,7 +64,7 @@ impl Pin {
             return wrong("softness", "a finite number from 0 up", self.softness.to_string());
         }
         if let Guide::Line(u) | Guide::Plane(u) = self.guide
-            && !((crate::vector::norm(u) - 1.0).abs() < 1e-9)
+            && (!finite(u) || (crate::vector::norm(u) - 1.0).abs() > 1e-9)
         {
             return wrong("guide", "a direction of length 1", format!("{u:?}"));
         }
