@@ -78,6 +78,12 @@ pub trait Surface: Sync {
         Ok(None)
     }
 
+    /// A faster surface, where there is one, for points that are only on their way: its zeros lie within about `error`
+    /// (a length) of those of `self`. `None`: use `self`.
+    fn sketch<'a>(&'a self, _error: f64) -> Option<Box<dyn Surface + 'a>> {
+        None
+    }
+
     /// Boxes of side `side` or less which together contain every zero of F in `bounds`, found by interval
     /// subdivision; at most about `most` of them (the side grows until they fit). `None` where the surface
     /// has no intervals. The boxes come in a spatially coherent order, and `owner` evaluates in any of them fast.

@@ -1,12 +1,14 @@
 //! Evenness, speed and memory of `sample` on a few surfaces, to be read by people:
 //! `cargo run --release -p isoswarm-particles --example measure -- 100000 blobs`
-//! takes the number of samples and a name of a surface, a formula, or `all`; a third argument is the seed.
+//! takes the number of samples and a name of a surface (`sixteen`, `protein`, ...), a formula, or `all`; then the seed,
+//! the method, and how often to run (the fastest counts).
 
 use std::f64::consts::PI;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use isoswarm_field::{Aabb, Field, text};
-use isoswarm_particles::{Amount, Method, Options, sample};
+use isoswarm_particles::{Amount, Method, Options, Phase, Progress, ProgressFn, Samples, sample};
 
 /// 16 blobs on a spiral that hang together.
 fn blobs() -> String {
@@ -17,6 +19,58 @@ fn blobs() -> String {
         format!("exp(-((x - {x:.6})^2 + (y - {y:.6})^2 + (z - {z:.6})^2) / 0.09)").replace("- -", "+ ")
     };
     format!("0.4 - ({})", (0..16).map(blob).collect::<Vec<_>>().join(" + "))
+}
+
+/// Centre and radius of the 16 blobs of `make bench`.
+const SIXTEEN: [[f64; 4]; 16] = [
+    [0.133834, -0.138512, -0.811852, 0.464050],
+    [-0.303841, 0.243018, -0.956690, 0.647841],
+    [0.749265, 0.708099, -0.911392, 0.597152],
+    [0.604842, -0.630410, 0.391248, 0.554640],
+    [-0.689999, 0.383240, 0.917268, 0.602930],
+    [0.969970, 0.326591, -0.672824, 0.610518],
+    [-0.210179, -0.444010, 0.911339, 0.583329],
+    [-0.401310, 0.122154, -0.185269, 0.520257],
+    [-0.722545, -0.230517, 0.538830, 0.513815],
+    [-0.172801, 0.358629, 0.163708, 0.583928],
+    [-0.846956, 0.459770, 0.347952, 0.478766],
+    [0.603865, -0.702137, 0.948998, 0.490263],
+    [0.735307, 0.806140, 0.923890, 0.489363],
+    [0.242338, -0.257640, -0.884069, 0.542049],
+    [0.397187, 0.263184, 0.298074, 0.572863],
+    [-0.986765, 0.891366, -0.225898, 0.550621],
+];
+
+/// F = 1 - Σ exp(2 - 2 |p - cᵢ|² / rᵢ²), and a box around it.
+fn gaussians(balls: &[[f64; 4]], reach: f64) -> (String, Aabb) {
+    let mut numbers = Vec::new();
+    let mut bounds = Aabb::new([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for b in balls {
+        numbers.push(b.map(|v| v.to_string()).join(", "));
+        for a in 0..3 {
+            bounds.lo[a] = bounds.lo[a].min(b[a] - reach * b[3]);
+            bounds.hi[a] = bounds.hi[a].max(b[a] + reach * b[3]);
+        }
+    }
+    (format!("gaussians(1, 2, {})", numbers.join(", ")), bounds)
+}
+
+/// The atoms of `models/1tii.pdb` without its water, van der Waals radii in ångström.
+fn protein() -> Result<Vec<[f64; 4]>, Box<dyn std::error::Error>> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/1tii.pdb");
+    let mut balls = Vec::new();
+    for line in std::fs::read_to_string(path)?.lines().filter(|l| l.starts_with("ATOM")) {
+        let radius = match line[76..78].trim() {
+            "C" => 1.70,
+            "N" => 1.55,
+            "O" => 1.52,
+            "S" => 1.80,
+            other => return Err(format!("no radius for {other}").into()),
+        };
+        let at = |k: usize| line[30 + 8 * k..38 + 8 * k].trim().parse::<f64>();
+        balls.push([at(0)?, at(1)?, at(2)?, radius]);
+    }
+    Ok(balls)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -31,43 +85,102 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some("fissioning") => Method::Fissioning,
         _ => Method::Even,
     };
+    let runs: usize = args.get(5).map_or(Ok(1), |s| s.parse())?;
+    for (name, formula, bounds) in surfaces(which)? {
+        let field = Field::new(&text::parse(&formula, &[])?)?;
+        let mut fastest = f64::INFINITY;
+        for run in 1..=runs {
+            let mut log = Log::new();
+            let mut watch = |p: &Progress| {
+                log.note(p);
+                ControlFlow::Continue(())
+            };
+            let progress: Option<&mut ProgressFn<'_>> = Some(&mut watch);
+            let options = Options { amount: Amount::Count(n), method, seed, progress, ..Options::default() };
+            let s = sample(&field, &bounds, options)?;
+            fastest = fastest.min(log.seconds());
+            if run == runs {
+                log.print();
+                describe(name, fastest, &s);
+            }
+        }
+    }
+    Ok(())
+}
+
+type Case = (&'static str, String, Aabb);
+
+fn surfaces(which: &str) -> Result<Vec<Case>, Box<dyn std::error::Error>> {
     let cube = |h: f64| Aabb::new([-h; 3], [h; 3]);
-    let mut surfaces = vec![
+    let usual = [
         ("sphere", "x^2 + y^2 + z^2 - 1".to_string(), cube(1.25)),
         ("torus", "(x^2 + y^2 + z^2 + 0.84)^2 - 4*(x^2 + y^2)".to_string(), cube(1.6)),
         ("blobs", blobs(), cube(2.0)),
         ("gyroid", "sin(x)*cos(y) + sin(y)*cos(z) + sin(z)*cos(x)".to_string(), cube(PI)),
     ];
-    if which != "all" && surfaces.iter().all(|s| s.0 != which) {
-        surfaces = vec![("formula", which.to_string(), cube(2.0))];
+    let (sixteen, around) = gaussians(&SIXTEEN, 1.55);
+    Ok(match which {
+        "all" => usual.to_vec(),
+        "sixteen" => vec![("sixteen", sixteen, around)],
+        "protein" => {
+            let (formula, bounds) = gaussians(&protein()?, 3.0);
+            vec![("protein", formula, bounds)]
+        }
+        other => match usual.into_iter().find(|s| s.0 == other) {
+            Some(known) => vec![known],
+            None => vec![("formula", other.to_string(), cube(2.0))],
+        },
+    })
+}
+
+/// When each phase and each resolution began.
+struct Log {
+    clock: Instant,
+    last: (Phase, usize),
+    lines: Vec<String>,
+}
+
+impl Log {
+    fn new() -> Self {
+        Self { clock: Instant::now(), last: (Phase::Seeding, 0), lines: Vec::new() }
     }
-    for (name, formula, bounds) in
-        surfaces.iter().filter(|s| which == "all" || s.0 == which || s.0 == "formula")
-    {
-        let field = Field::new(&text::parse(formula, &[])?)?;
-        let clock = Instant::now();
-        let s =
-            sample(&field, bounds, Options { amount: Amount::Count(n), method, seed, ..Options::default() })?;
-        let (r, e) = (&s.report, &s.report.evenness);
-        println!(
-            "{name}: {:.3} s, {} samples, rho_min {:.3}, rho_avg {:.3}, CV {:.4}, six-valent {:.3}, coverage {:.3}, \
-             off {:.1e}, spacing {:.5}, area {:.5}, {} components, certified {}, {} steps, {:.0} evaluations a sample, {:?}",
-            clock.elapsed().as_secs_f64(),
-            s.points.len(),
-            e.rho_min,
-            e.rho_avg,
-            e.cv,
-            e.six_valent,
-            e.coverage,
-            r.max_error,
-            r.spacing,
-            r.area,
-            r.components,
-            r.certified,
-            r.steps,
-            r.evaluations as f64 / s.points.len().max(1) as f64,
-            r.status,
-        );
+
+    fn seconds(&self) -> f64 {
+        self.clock.elapsed().as_secs_f64()
     }
-    Ok(())
+
+    fn note(&mut self, p: &Progress) {
+        if (p.phase, p.floaters) != self.last {
+            self.last = (p.phase, p.floaters);
+            let line =
+                format!("{:.3} s: {:?}, {} floaters, step {}", self.seconds(), p.phase, p.floaters, p.steps);
+            self.lines.push(line);
+        }
+    }
+
+    fn print(&self) {
+        self.lines.iter().for_each(|l| println!("  {l}"));
+    }
+}
+
+fn describe(name: &str, seconds: f64, s: &Samples) {
+    let (r, e) = (&s.report, &s.report.evenness);
+    println!(
+        "{name}: {seconds:.3} s, {} samples, rho_min {:.3}, rho_avg {:.3}, CV {:.4}, six-valent {:.3}, coverage {:.3}, \
+         off {:.1e}, spacing {:.5}, area {:.5}, {} components, certified {}, {} steps, {:.0} evaluations a sample, {:?}",
+        s.points.len(),
+        e.rho_min,
+        e.rho_avg,
+        e.cv,
+        e.six_valent,
+        e.coverage,
+        r.max_error,
+        r.spacing,
+        r.area,
+        r.components,
+        r.certified,
+        r.steps,
+        r.evaluations as f64 / s.points.len().max(1) as f64,
+        r.status,
+    );
 }

@@ -67,6 +67,8 @@ const NEAREST: f64 = 1.03;
 const SETTLED: f64 = 0.055;
 /// The same where a spacing is asked for, which is measured to a hundredth.
 const SETTLED_TO_MEASURE: f64 = 0.03;
+/// What the surface on which floaters move may be off, in square roots of the mean cell.
+const SKETCHED: f64 = 1e-3;
 /// Difference between the spacing asked for and measured that is worth another correction.
 const CLOSE: f64 = 0.008;
 
@@ -93,6 +95,9 @@ pub(crate) fn spread(
     let (sizing, weights) = Sizing::new(density, surface, &all, apart, walls.axes)?;
     let levels = if start.is_some() { 0 } else { levels_for(n, seeds.components, walls.axes) };
     let coarsest = n >> (halvings(walls.axes) * levels);
+    // The last projection makes good for what the sketch is off.
+    let sketch = surface.sketch(SKETCHED * linear(seeds.area / n as f64, walls.axes));
+    let surface = sketch.as_deref().unwrap_or(surface);
     let mut work = Work {
         run,
         surface,

@@ -34,7 +34,7 @@ const TAIL: f64 = 1e-13;
 const FLAT: f64 = 1e-3;
 
 /// Points whose bumps are gathered together.
-const RUN: usize = 64;
+const RUN: usize = 16;
 
 /// Points that one task evaluates.
 const CHUNK: usize = 1024;
@@ -49,8 +49,10 @@ pub(crate) struct Sum {
     bumps: Vec<Bump>,
     /// Squared distance, measured in the bump's own weights, beyond which it is left out.
     reach: Vec<f64>,
-    /// What all bumps that are left out anywhere add up to at most.
-    dropped: f64,
+    /// What a bump that is left out is worth at most.
+    tail: f64,
+    /// Smallest slope of a bump alone where it cancels the offset.
+    slope: f64,
     grid: Grid,
 }
 
@@ -66,10 +68,25 @@ struct Grid {
     start: Vec<u32>,
 }
 
+/// The same for a sketch, and how many bumps end near one point.
+const SKETCHED: f64 = 0.1 / 8.0;
+
+/// Distance from the centre at which the exponent has fallen by one, at most.
+fn extent(b: &Bump) -> f64 {
+    1.0 / b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)).sqrt()
+}
+
 impl Sum {
     /// The sum that the tape computes at these uniforms, if it is one.
     pub(crate) fn of(tape: &Tape, uniforms: &[f64]) -> Option<Sum> {
         recognise::recognise(tape, uniforms)
+    }
+
+    /// What is left when tails are dropped that move the surface by about `error` (a length) at most.
+    pub(crate) fn sketch(&self, error: f64) -> Option<Sum> {
+        // Wherever a bump ends only the few around it end too, not all of them.
+        let tail = SKETCHED * error * self.slope;
+        Self::with_tail(self.offset, self.bumps.clone(), tail.max(self.tail), self.slope)
     }
 
     fn new(offset: f64, bumps: Vec<Bump>) -> Option<Sum> {
@@ -84,18 +101,23 @@ impl Sum {
             2.0 * offset.abs() * (b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)) * depth).sqrt()
         };
         let least = bumps.iter().map(slope).fold(f64::INFINITY, f64::min);
-        let extent = |b: &Bump| 1.0 / b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)).sqrt();
         let diameter = Aabb::around(&centers)?.diagonal() + bumps.iter().map(extent).fold(0.0, f64::max);
         let tail = TAIL * FLAT * least * diameter / bumps.len() as f64;
         if !(tail > 0.0 && tail.is_finite()) {
             return None;
         }
+        Self::with_tail(offset, bumps, tail, least)
+    }
+
+    /// The sum without what lies below `tail`.
+    fn with_tail(offset: f64, bumps: Vec<Bump>, tail: f64, slope: f64) -> Option<Sum> {
+        let centers: Vec<[f64; 3]> = bumps.iter().map(|b| b.center).collect();
         let reach = |b: &Bump| (b.level + math::ln(b.factor.abs() / tail)).max(0.0);
         let longest = bumps.iter().map(|b| reach(b).sqrt() * extent(b)).fold(0.0, f64::max);
         let (grid, order) = Grid::new(&centers, longest)?;
         let bumps: Vec<Bump> = order.iter().map(|&i| bumps[i as usize]).collect();
         let reach = bumps.iter().map(reach).collect();
-        Some(Sum { offset, dropped: tail * bumps.len() as f64, bumps, reach, grid })
+        Some(Sum { offset, tail, slope, bumps, reach, grid })
     }
 
     /// The bumps that count somewhere in the box, in a fixed order.
@@ -141,7 +163,7 @@ impl Sum {
             // Points that are far apart are taken in shorter runs.
             let bounds = loop {
                 let Some(b) = Aabb::around(&points[start..end]) else { return };
-                if end - start <= 1 || b.diagonal() <= 0.6 * self.grid.reach {
+                if end - start <= 1 || b.diagonal() <= 1.6 * self.grid.reach {
                     break b;
                 }
                 end = start + (end - start) / 2;
@@ -172,22 +194,14 @@ impl Sum {
 
     fn second(&self, points: &[[f64; 3]], out: &mut [[f64; 6]]) {
         let mut near = Vec::new();
+        let arch = Arch::new();
         self.runs(points, &mut near, &mut |start, end, bumps| {
-            for i in start..end {
-                let mut h = [0.0; 6];
-                for b in bumps {
-                    let d = [0, 1, 2].map(|a| b.weight[a] * (points[i][a] - b.center[a]));
-                    let u: f64 = (0..3).map(|a| d[a] * (points[i][a] - b.center[a])).sum();
-                    let e = 2.0 * b.factor * math::exp(b.level - u);
-                    let outer = |a: usize, c: usize| 2.0 * e * d[a] * d[c];
-                    h[0] += outer(0, 0) - e * b.weight[0];
-                    h[1] += outer(0, 1);
-                    h[2] += outer(0, 2);
-                    h[3] += outer(1, 1) - e * b.weight[1];
-                    h[4] += outer(1, 2);
-                    h[5] += outer(2, 2) - e * b.weight[2];
+            for first in (start..end).step_by(LANES) {
+                let n = LANES.min(end - first);
+                let h = arch.dispatch(Second { bumps, points: &points[first..first + n] });
+                for j in 0..n {
+                    out[first + j] = [0, 1, 2, 3, 4, 5].map(|k| h[k][j]);
                 }
-                out[i] = h;
             }
         });
     }
@@ -206,12 +220,7 @@ impl NullaryFnOnce for Block<'_> {
     #[inline(always)]
     fn call(self) -> Self::Output {
         let Self { offset, bumps, points } = self;
-        let mut x = [[0.0; LANES]; 3];
-        for a in 0..3 {
-            for j in 0..LANES {
-                x[a][j] = points[j.min(points.len() - 1)][a];
-            }
-        }
+        let x = columns(points);
         // A point that is no number has no value either, even where no bump is near it.
         let mut f = [offset; LANES];
         for j in 0..LANES {
@@ -244,6 +253,55 @@ impl NullaryFnOnce for Block<'_> {
             }
         }
         (f, g)
+    }
+}
+
+/// Points next to each other as columns; the last one is repeated.
+#[inline(always)]
+fn columns(points: &[[f64; 3]]) -> [[f64; LANES]; 3] {
+    let mut x = [[0.0; LANES]; 3];
+    for a in 0..3 {
+        for j in 0..LANES {
+            x[a][j] = points[j.min(points.len() - 1)][a];
+        }
+    }
+    x
+}
+
+/// The second derivatives of [`Block`].
+struct Second<'a> {
+    bumps: &'a [Bump],
+    points: &'a [[f64; 3]],
+}
+
+impl NullaryFnOnce for Second<'_> {
+    type Output = [[f64; LANES]; 6];
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let x = columns(self.points);
+        let mut h = [[0.0; LANES]; 6];
+        for b in self.bumps {
+            // With d = weight (x - centre): 2 e (2 d dᵀ - weight).
+            let (mut d, mut e) = ([[0.0; LANES]; 3], [b.level; LANES]);
+            for a in 0..3 {
+                for j in 0..LANES {
+                    let r = x[a][j] - b.center[a];
+                    d[a][j] = b.weight[a] * r;
+                    e[j] -= d[a][j] * r;
+                }
+            }
+            for j in 0..LANES {
+                e[j] = 2.0 * b.factor * math::exp(e[j]);
+            }
+            for (k, (a, c)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+                let own = if a == c { b.weight[a] } else { 0.0 };
+                for j in 0..LANES {
+                    h[k][j] += e[j] * (2.0 * d[a][j] * d[c][j] - own);
+                }
+            }
+        }
+        h
     }
 }
 

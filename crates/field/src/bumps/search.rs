@@ -109,7 +109,7 @@ impl NullaryFnOnce for Range<'_> {
             }
         }
         let (lo, hi) = (lo.iter().sum::<f64>(), hi.iter().sum::<f64>());
-        let slack = SLACK * (lo.abs() + hi.abs() + sum.offset.abs()) + sum.dropped;
+        let slack = SLACK * (lo.abs() + hi.abs() + sum.offset.abs()) + sum.tail * sum.bumps.len() as f64;
         (sum.offset + lo - slack, sum.offset + hi + slack)
     }
 }

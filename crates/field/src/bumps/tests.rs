@@ -153,3 +153,29 @@ fn what_is_no_number_stays_so() {
     sum.value_gradient(&[[f64::NAN, 0.0, 0.0], [1e9, 0.0, 0.0]], &mut v, &mut g).expect("arrays that fit");
     assert!(v[0].is_nan() && v[1] == 1.0 && g[1] == [0.0; 3]);
 }
+
+#[test]
+fn a_sketch_moves_the_surface_by_no_more_than_it_may() {
+    let field = atoms(400, 10.0);
+    let whole = sum(&field).expect("a sum of bumps");
+    let points = cloud(3000, 11.0);
+    let of = |s: &dyn Surface| {
+        let (mut v, mut g) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
+        s.value_gradient(&points, &mut v, &mut g).expect("arrays that fit");
+        (v, g)
+    };
+    let (value, gradient) = of(&whole);
+    for error in [1e-2, 1e-4] {
+        let sketch = Surface::sketch(&field, error).expect("sums have sketches");
+        let off = of(sketch.as_ref()).0;
+        let mut most = 0f64;
+        for i in 0..points.len() {
+            let slope = gradient[i].iter().map(|g| g * g).sum::<f64>().sqrt();
+            // Near the surface, and where it is regular.
+            if value[i].abs() < 0.5 && slope > 0.1 {
+                most = most.max((off[i] - value[i]).abs() / slope);
+            }
+        }
+        assert!(most <= error && most > 1e-3 * error, "{most} for {error}");
+    }
+}

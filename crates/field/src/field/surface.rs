@@ -163,6 +163,10 @@ impl Surface for Field {
         Ok(Some(Box::new(self.narrowed_for(points, margin, None, options)?)))
     }
 
+    fn sketch<'a>(&'a self, error: f64) -> Option<Box<dyn Surface + 'a>> {
+        Some(Box::new(self.bumps()?.sketch(error)?))
+    }
+
     fn cells(&self, bounds: &Aabb, side: f64, most: usize) -> Option<Cells<'_>> {
         if let Some(sum) = self.bumps() {
             return sum.cells(bounds, side, most);
