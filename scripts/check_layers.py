@@ -10,8 +10,15 @@ ALLOWED: dict[str, set[str]] = {
     "isoswarm-field": set(),
     "isoswarm-particles": {"isoswarm-field"},
     "isoswarm-geometry": set(),
-    "isoswarm": {"isoswarm-field", "isoswarm-particles", "isoswarm-geometry"},
-    "isoswarm-python": {"isoswarm-field", "isoswarm-particles", "isoswarm-geometry", "isoswarm"},
+    "isoswarm-scene": {"isoswarm-field", "isoswarm-particles", "isoswarm-geometry"},
+    "isoswarm": {"isoswarm-field", "isoswarm-particles", "isoswarm-geometry", "isoswarm-scene"},
+    "isoswarm-python": {
+        "isoswarm-field",
+        "isoswarm-particles",
+        "isoswarm-geometry",
+        "isoswarm-scene",
+        "isoswarm",
+    },
 }
 
 

@@ -19,7 +19,8 @@ pub const MAX_BYTES: usize = 256 << 20;
 /// Largest number of nodes.
 pub const MAX_NODES: usize = 1_000_000;
 
-const FORMAT: &str = "isoswarm model";
+/// What a file of a model calls itself.
+pub const FORMAT: &str = "isoswarm model";
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

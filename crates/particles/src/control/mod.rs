@@ -2,10 +2,18 @@
 
 mod drag;
 mod factor;
+mod fit;
 mod metric;
 mod pin;
 mod solve;
 
 pub use drag::{ControlStep, StepOptions, step};
+pub use fit::{Fit, FitOptions, FitProgress, FitProgressFn, FitStatus, Loss, Measure, fit, fit_residuals};
 pub use metric::sensitivity;
 pub use pin::{Guide, Pin};
+
+/// Two unit vectors that span the tangent plane of a surface with gradient `gradient` (any where that is zero).
+pub fn tangents(gradient: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+    let n = crate::vector::unit(gradient);
+    crate::vector::frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n })
+}

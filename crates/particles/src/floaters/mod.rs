@@ -12,6 +12,7 @@ use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
 use crate::constraint::{Target, Walls, evaluate, floater_velocity, project};
+use crate::neighbors::Grid;
 use crate::rng::{Rng, Stream};
 use crate::vector::{V3, add, along, norm, scale, sub, unit};
 use forces::{Force, forces};
@@ -253,6 +254,40 @@ impl Floaters {
         next.steps = self.steps;
         *self = next;
         Ok(happened)
+    }
+
+    /// Keeps the floaters that are within `distance` of the surface (on it from then on), after it has changed suddenly.
+    /// `bounds` clip it.
+    pub fn retain_near(&mut self, surface: &dyn Surface, bounds: &Aabb, distance: f64) -> Result<(), Error> {
+        let walls = Walls::new(bounds, surface.axes());
+        let mut points: Vec<V3> = self.points.iter().map(|&p| walls.clamp(p)).collect();
+        let mut normals = self.normals.clone();
+        let target = Target { tolerance: 1e-6 * distance, longest: distance, least: 0.0, rounds: 12 };
+        let left = project(surface, &mut 0, &walls, &mut points, &mut normals, target)?;
+        let mut next = Self { next_id: self.next_id, steps: self.steps, ..Self::default() };
+        for i in 0..self.len() {
+            let near = left[i] <= 1e-3 * distance && norm(sub(points[i], self.points[i])) <= distance;
+            if near {
+                next.push(points[i], normals[i], self.sigma[i], self.energy[i], self.id[i]);
+            }
+        }
+        *self = next;
+        Ok(())
+    }
+
+    /// Adds those of the points that are farther than `apart` from all floaters there are, with radius `sigma`.
+    pub fn admit(&mut self, points: &[[f64; 3]], apart: f64, sigma: f64) {
+        let present = self.points.clone();
+        let grid = Grid::new(&present, None, apart);
+        for &p in points {
+            let mut free = true;
+            grid.near(p, apart, |j| free &= norm(sub(p, present[j as usize])) > apart);
+            if free {
+                let id = self.next_id;
+                self.next_id += 1;
+                self.push(p, [0.0; 3], sigma, 0.0, id);
+            }
+        }
     }
 
     /// Global fissioning (section 4.2): every floater splits and all radii shrink by √2.

@@ -1,0 +1,439 @@
+//! What each command does.
+
+use isoswarm_field::model::{Model, Param, Payload, kind, path_matches};
+use isoswarm_field::{Field, FieldError, text};
+use isoswarm_particles::control::{Guide, Pin};
+use isoswarm_particles::project;
+
+use crate::control::{Metric, ScenePin};
+use crate::hold::{Hold, Motion};
+use crate::scene::{Progress, ProgressFn, Scene};
+use crate::{Along, Command, DragReport, Ending, Error, Hand, PinRef, Settings};
+
+/// Steps after letting go.
+const SETTLING: usize = 8;
+/// A pin may be given at most this part of the model's size off the surface.
+const FAR: f64 = 0.1;
+/// A drag has arrived within this part of the model's size.
+const REACHED: f64 = 1e-8;
+
+/// What a command did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Change {
+    /// The tree is another one.
+    pub model: bool,
+    /// Values or settings of parameters have changed.
+    pub parameters: bool,
+    /// The number of the pin that was made.
+    pub pin: Option<u64>,
+    /// How a drag went.
+    pub drag: Option<DragReport>,
+}
+
+impl Scene {
+    pub(crate) fn carry_out(
+        &mut self,
+        command: Command,
+        progress: &mut ProgressFn<'_>,
+    ) -> Result<Change, Error> {
+        match command {
+            Command::Set { path, value } => self.set(&path, value),
+            Command::Freeze { pattern, frozen } => self.each(&pattern, |f, i| {
+                f.set_frozen(i, frozen);
+                Ok(())
+            }),
+            Command::Limit { pattern, bounds: [lo, hi] } => self.each(&pattern, |f, i| {
+                f.set_bounds(i, lo.unwrap_or(f64::NEG_INFINITY), hi.unwrap_or(f64::INFINITY))
+            }),
+            Command::Scale { pattern, scale } => self.each(&pattern, |f, i| f.set_scale(i, scale)),
+            Command::Pin { at, name, weight, softness, along, grip } => {
+                self.make_pin(at, name, weight, softness, along, grip)
+            }
+            Command::Unpin { pin } => {
+                let i = self.find_pin(&pin)?;
+                self.idle("remove a pin")?;
+                self.remember();
+                self.now.state.pins.remove(i);
+                Ok(Change::default())
+            }
+            Command::Grab { hands, radius } => self.grab(&hands, radius).map(|()| Change::default()),
+            Command::Release {} => {
+                if self.now.hold.is_none() {
+                    return Err(Error::Nothing("nothing is held: grab a pin first".into()));
+                }
+                let drag = Some(self.release(Ending::Released)?);
+                Ok(Change { parameters: true, drag, ..Change::default() })
+            }
+            Command::Drag { hands, radius, steps } => {
+                self.idle("start a drag")?;
+                self.grab(&hands, radius)?;
+                self.drag_to_its_end(steps, progress)
+            }
+            Command::Turn { pins, centre, rotation, translation, steps } => {
+                self.idle("start a turn")?;
+                self.take_handle(&pins, centre, rotation, translation)?;
+                self.drag_to_its_end(steps, progress)
+            }
+            Command::Step { count } => {
+                for k in 0..count {
+                    self.now.step()?;
+                    let done = Progress { steps: k + 1, most: count, remaining: 0.0 };
+                    if progress(self, &done).is_break() {
+                        break;
+                    }
+                }
+                Ok(Change { parameters: true, ..Change::default() })
+            }
+            Command::Rest {} => {
+                self.remember();
+                let values = self.field().parameters().iter().map(|p| p.value).collect();
+                self.now.state.rest = Some(values);
+                Ok(Change::default())
+            }
+            Command::Settings { settings } => self.change_settings(settings),
+            Command::Add { path, model, name } => {
+                let mut part = self.read_part(&model)?;
+                if let Some(name) = name {
+                    part = part.named(&name)?;
+                }
+                self.edit("adding this part", |m| m.with_added(&or_root(m, &path), &part))
+            }
+            Command::Replace { path, model } => {
+                let part = self.read_part(&model)?;
+                self.edit("this replacement", |m| m.with_node(&or_root(m, &path), &part))
+            }
+            Command::Remove { path } => self.edit("removing this part", |m| m.without_node(&path)),
+            Command::Wrap { path, kind, parameters, name } => self.edit("this operator", |m| {
+                m.with_wrapped(&or_root(m, &path), |inner| wrap(inner, &kind, &parameters, name.as_deref()))
+            }),
+            Command::Unwrap { path } => self.edit("taking off this operator", |m| m.without_operator(&path)),
+            Command::Reorder { path, order } => {
+                self.edit("this order", |m| m.with_order(&or_root(m, &path), &order))
+            }
+            Command::Undo {} => self.turn_back(true),
+            Command::Redo {} => self.turn_back(false),
+        }
+    }
+
+    /// Refuses what cannot be done while something is dragged.
+    fn idle(&self, what: &str) -> Result<(), Error> {
+        match self.now.hold {
+            None => Ok(()),
+            Some(_) => Err(Error::Nothing(format!("cannot {what} while pins are held: release them first"))),
+        }
+    }
+
+    fn set(&mut self, path: &str, value: f64) -> Result<Change, Error> {
+        let i = self.field().parameter(path)?;
+        if self.field().parameters()[i].discrete {
+            return self.edit("this value", |m| m.with_value(path, value));
+        }
+        self.remember();
+        self.now.state.field.set_value(i, value)?;
+        self.resettle(&format!("`{path}` = {value}"))?;
+        Ok(Change { parameters: true, ..Change::default() })
+    }
+
+    /// Changes the settings of all parameters that fit a pattern.
+    fn each(
+        &mut self,
+        pattern: &str,
+        change: impl Fn(&mut Field, usize) -> Result<(), FieldError>,
+    ) -> Result<Change, Error> {
+        let params = self.field().parameters();
+        let fits: Vec<usize> =
+            (0..params.len()).filter(|&i| path_matches(pattern, &params[i].path)).collect();
+        if fits.is_empty() {
+            // Says which there are.
+            self.field().parameter(pattern)?;
+        }
+        self.remember();
+        for i in fits {
+            change(&mut self.now.state.field, i)?;
+        }
+        (self.now.metric, self.now.rested) = (Metric::stale(), false);
+        Ok(Change { parameters: true, ..Change::default() })
+    }
+
+    fn make_pin(
+        &mut self,
+        at: [f64; 3],
+        name: Option<String>,
+        weight: f64,
+        softness: f64,
+        along: Option<Along>,
+        grip: Option<f64>,
+    ) -> Result<Change, Error> {
+        if !at.iter().all(|v| v.is_finite()) {
+            return Err(Error::option("pin", "a point with finite coordinates", format!("{at:?}")));
+        }
+        if !(weight.is_finite() && weight > 0.0) {
+            return Err(Error::option("weight", "a finite number above 0", weight));
+        }
+        if !(softness.is_finite() && softness >= 0.0) {
+            return Err(Error::option("softness", "a finite number from 0 up", softness));
+        }
+        if let Some(r) = grip.filter(|r| !(r.is_finite() && *r > 0.0)) {
+            return Err(Error::option("grip", "a radius above 0", r));
+        }
+        let guide = match along {
+            None => Guide::Free,
+            Some(a) => a
+                .guide()
+                .ok_or_else(|| Error::option("along", "a direction that is not zero", format!("{a:?}")))?,
+        };
+        if let Some(name) = &name
+            && (name.is_empty() || self.now.state.pins.iter().any(|p| p.name.as_ref() == Some(name)))
+        {
+            return Err(Error::option("name", "a name that no other pin has", format!("`{name}`")));
+        }
+        let size = self.now.swarm.size;
+        let mut place = [at];
+        let left = project(self.field(), &mut place, size)?[0];
+        let moved = (0..3).map(|a| (place[0][a] - at[a]).powi(2)).sum::<f64>().sqrt();
+        let distance = if left <= 1e-9 * size { moved } else { f64::INFINITY };
+        let limit = FAR * size;
+        if distance > limit {
+            return Err(Error::FarPin { at, distance, limit });
+        }
+        self.remember();
+        let id = self.now.state.next_pin;
+        self.now.state.next_pin += 1;
+        let pin = Pin { weight, softness, guide, ..Pin::new(place[0]) };
+        let mut pin = ScenePin { id, name, pin, grip, patch: Vec::new() };
+        pin.lay_patch(&self.now)?;
+        self.now.state.pins.push(pin);
+        (self.now.rested, self.now.metric) = (false, Metric::stale());
+        Ok(Change { pin: Some(id), ..Change::default() })
+    }
+
+    fn targets(&self, hands: &[Hand]) -> Result<Vec<(u64, [f64; 3])>, Error> {
+        if hands.is_empty() {
+            return Err(Error::option("hands", "at least one pin and where it goes", "none"));
+        }
+        hands
+            .iter()
+            .map(|h| {
+                if !h.to.iter().all(|v| v.is_finite()) {
+                    return Err(Error::option(
+                        "to",
+                        "a point with finite coordinates",
+                        format!("{:?}", h.to),
+                    ));
+                }
+                Ok((self.now.state.pins[self.find_pin(&h.pin)?].id, h.to))
+            })
+            .collect()
+    }
+
+    fn grab(&mut self, hands: &[Hand], radius: Option<f64>) -> Result<(), Error> {
+        let targets = self.targets(hands)?;
+        if let Some(r) = radius.filter(|r| !(r.is_finite() && *r > 0.0)) {
+            return Err(Error::option("radius", "a length above 0", r));
+        }
+        if let Some(hold) = &mut self.now.hold {
+            hold.aim(targets);
+            return Ok(());
+        }
+        self.remember();
+        let mut hold = Hold::new(targets);
+        if let Some(r) = radius {
+            hold.take_along(&self.now.state.pins, &self.now.swarm.floaters.points, r);
+        }
+        self.now.hold = Some(hold);
+        (self.now.metric, self.now.rested) = (Metric::stale(), false);
+        Ok(())
+    }
+
+    fn take_handle(
+        &mut self,
+        pins: &[PinRef],
+        centre: [f64; 3],
+        rotation: [f64; 3],
+        translation: [f64; 3],
+    ) -> Result<(), Error> {
+        for (name, v) in [("centre", centre), ("rotation", rotation), ("translation", translation)] {
+            if !v.iter().all(|c| c.is_finite() && c.abs() < 1e100) {
+                return Err(Error::option(name, "three finite numbers", format!("{v:?}")));
+            }
+        }
+        let mut from = Vec::with_capacity(pins.len());
+        for p in pins {
+            let pin = &self.now.state.pins[self.find_pin(p)?];
+            from.push((pin.id, pin.pin.at));
+        }
+        if from.is_empty() {
+            return Err(Error::option("pins", "at least one pin", "none"));
+        }
+        self.remember();
+        self.now.hold = Some(Hold::turning(Motion::new(centre, rotation, translation, from)));
+        (self.now.metric, self.now.rested) = (Metric::stale(), false);
+        Ok(())
+    }
+
+    fn drag_to_its_end(&mut self, most: usize, progress: &mut ProgressFn<'_>) -> Result<Change, Error> {
+        let mut ending = Ending::StepLimit;
+        for k in 0..most {
+            self.now.step()?;
+            let longest = self.now.state.settings.speed * self.now.swarm.size;
+            let reach = REACHED * self.now.swarm.size;
+            let Standing { remaining, stalled } = self.drag_state(longest);
+            if remaining <= reach {
+                ending = Ending::Reached;
+                break;
+            }
+            if stalled {
+                ending = Ending::Stuck;
+                break;
+            }
+            if progress(self, &Progress { steps: k + 1, most, remaining }).is_break() {
+                ending = Ending::Cancelled;
+                break;
+            }
+        }
+        let drag = Some(self.release(ending)?);
+        Ok(Change { parameters: true, drag, ..Change::default() })
+    }
+
+    fn drag_state(&mut self, longest: f64) -> Standing {
+        let pins = &self.now.state.pins;
+        let Some(hold) = &mut self.now.hold else { return Standing { remaining: 0.0, stalled: false } };
+        let remaining = hold.remaining(pins);
+        Standing { remaining, stalled: hold.is_stalled(remaining, longest) }
+    }
+
+    /// Lets go, and settles.
+    fn release(&mut self, ending: Ending) -> Result<DragReport, Error> {
+        let hold = self.now.hold.take().unwrap_or_default();
+        let distance = hold.remaining(&self.now.state.pins);
+        for _ in 0..SETTLING {
+            self.now.step()?;
+        }
+        let patches: Vec<usize> =
+            (0..self.now.state.pins.len()).filter(|&i| self.now.state.pins[i].grip.is_some()).collect();
+        for i in patches {
+            let mut pin = self.now.state.pins[i].clone();
+            pin.lay_patch(&self.now)?;
+            self.now.state.pins[i] = pin;
+        }
+        let residual = self.residuals()?.into_values().fold(0.0, f64::max);
+        let paths = self.field().parameters().iter().filter(|p| p.is_free()).map(|p| p.path.clone());
+        let paths: Vec<String> = paths.collect();
+        Ok(DragReport {
+            reached: ending == Ending::Reached || distance <= REACHED * self.now.swarm.size,
+            ending,
+            distance,
+            rank: hold.last.rank,
+            pins: self.now.state.pins.len(),
+            residual,
+            slip: hold.slip(),
+            steps: hold.steps,
+            at_limit: hold.last.at_limit.iter().filter_map(|&i| paths.get(i).cloned()).collect(),
+        })
+    }
+
+    fn change_settings(&mut self, settings: Settings) -> Result<Change, Error> {
+        settings.check()?;
+        self.idle("change the settings")?;
+        self.remember();
+        let resample = settings.amount != self.now.state.settings.amount;
+        if resample {
+            self.now.swarm.spacing = 0.0;
+        }
+        let resettle = resample || settings.bounds != self.now.state.settings.bounds;
+        self.now.state.settings = settings;
+        if resettle {
+            self.resettle("these settings")?;
+        }
+        Ok(Change::default())
+    }
+
+    /// A part from a formula or the text of a model file.
+    fn read_part(&self, source: &str) -> Result<Model, Error> {
+        let functions = |name: &str| self.functions.get(name).cloned();
+        if source.trim_start().starts_with('{') {
+            return Ok(isoswarm_field::json::from_json_with(source, &functions)?);
+        }
+        Ok(text::parse(source, &[])?)
+    }
+
+    /// Changes the tree; parameters that are still there keep their values.
+    fn edit(
+        &mut self,
+        what: &str,
+        change: impl FnOnce(&Model) -> Result<Model, FieldError>,
+    ) -> Result<Change, Error> {
+        self.idle("change the model")?;
+        let model = change(&self.model()?)?;
+        let field = Field::new(&model)?;
+        if field.components() != 1 {
+            return Err(Error::option("model", "one equation F = 0", format!("{}", field.components())));
+        }
+        self.remember();
+        self.now.state.field = field;
+        self.learn_functions(&model);
+        self.resettle(what)?;
+        Ok(Change { model: true, parameters: true, ..Change::default() })
+    }
+
+    fn turn_back(&mut self, undo: bool) -> Result<Change, Error> {
+        if self.now.hold.is_some() {
+            self.release(Ending::Released)?;
+        }
+        let (from, to) =
+            if undo { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
+        let Some(state) = from.pop() else {
+            let what = if undo {
+                "there is nothing to undo: this is where the scene began"
+            } else {
+                "there is nothing to redo"
+            };
+            return Err(Error::Nothing(what.into()));
+        };
+        to.push(std::mem::replace(&mut self.now.state, state));
+        let bounds = self.now.state.bounds;
+        self.resettle("going back")?;
+        self.now.state.bounds = bounds;
+        Ok(Change { model: true, parameters: true, ..Change::default() })
+    }
+}
+
+/// How far a drag is.
+struct Standing {
+    remaining: f64,
+    stalled: bool,
+}
+
+/// The path, or that of the whole model where it is empty.
+fn or_root(model: &Model, path: &str) -> String {
+    if path.is_empty() { model.nodes()[0].path.clone() } else { path.to_string() }
+}
+
+/// An operator of the table around a part.
+fn wrap(
+    inner: &Model,
+    kind_name: &str,
+    parameters: &std::collections::BTreeMap<String, f64>,
+    name: Option<&str>,
+) -> Result<Model, FieldError> {
+    let k = kind(kind_name)
+        .ok_or_else(|| FieldError::Invalid(format!("there is no kind called `{kind_name}`")))?;
+    let mut params: Vec<Param> = k.params.iter().map(Param::from_spec).collect();
+    for (name, value) in parameters {
+        match params.iter_mut().find(|p| *p.name == **name) {
+            Some(p) => p.value = *value,
+            None => {
+                let known: Vec<&str> = k.params.iter().map(|p| p.name).collect();
+                return Err(FieldError::Invalid(format!(
+                    "{kind_name} has no parameter `{name}`; it has: {}",
+                    known.join(", ")
+                )));
+            }
+        }
+    }
+    let m = Model::new(k, params, vec![inner.clone()], Payload::None)?;
+    match name {
+        Some(name) => m.named(name),
+        None => Ok(m),
+    }
+}

@@ -1,0 +1,234 @@
+//! What can be done to a scene, as data: logged, saved, replayed.
+
+use isoswarm_particles::control::Guide;
+use serde::{Deserialize, Serialize};
+
+use crate::Settings;
+
+/// A pin by its number or its name.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PinRef {
+    /// The number that [`crate::Change::pin`] gave.
+    Number(u64),
+    /// The name that it was given.
+    Name(String),
+}
+
+/// Along what a pin may give way; directions need not have length 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Along {
+    /// A line of this direction.
+    Line([f64; 3]),
+    /// The plane of this normal.
+    Plane([f64; 3]),
+}
+
+impl Along {
+    /// With a direction of length 1; `None` where it has none.
+    pub(crate) fn guide(self) -> Option<Guide> {
+        let unit = |v: [f64; 3]| {
+            let size = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+            (size.is_finite() && size > 0.0).then(|| v.map(|c| c / size))
+        };
+        match self {
+            Along::Line(v) => unit(v).map(Guide::Line),
+            Along::Plane(v) => unit(v).map(Guide::Plane),
+        }
+    }
+}
+
+/// A pin and where it is dragged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hand {
+    /// The pin.
+    pub pin: PinRef,
+    /// Where to (model units).
+    pub to: [f64; 3],
+}
+
+/// A change of a scene. In files: `{"do": "drag", "hands": [{"pin": "hand", "to": [1, 2, 0]}]}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Command {
+    /// Gives a parameter a value; a discrete one too.
+    Set {
+        /// Its path.
+        path: String,
+        /// The value.
+        value: f64,
+    },
+    /// Locks the parameters that fit the pattern (a path in which `*` stands for anything), or lets them go.
+    Freeze {
+        /// The pattern.
+        pattern: String,
+        /// Whether to lock.
+        #[serde(default = "yes")]
+        frozen: bool,
+    },
+    /// Bounds of the parameters that fit the pattern; null: none.
+    Limit {
+        /// The pattern.
+        pattern: String,
+        /// Smallest and largest value.
+        bounds: [Option<f64>; 2],
+    },
+    /// A typical change of the parameters that fit the pattern.
+    Scale {
+        /// The pattern.
+        pattern: String,
+        /// Above 0.
+        scale: f64,
+    },
+    /// A control point on the surface near a point.
+    Pin {
+        /// The point (model units).
+        at: [f64; 3],
+        /// A name to refer to it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+        /// What it counts beside pins that contradict it, above 0.
+        #[serde(default = "one")]
+        weight: f64,
+        /// 0: met exactly where possible; above 0: missed at a cost.
+        #[serde(default)]
+        softness: f64,
+        /// Along what it may give way.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        along: Option<Along>,
+        /// Radius of a patch of the surface that moves with it (against slipping); model units.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        grip: Option<f64>,
+    },
+    /// Removes a control point.
+    Unpin {
+        /// Which.
+        pin: PinRef,
+    },
+    /// Takes hold of pins, or tells where those held are dragged to now; [`Command::Step`] moves them.
+    Grab {
+        /// Pins and where they go.
+        hands: Vec<Hand>,
+        /// Radius of the region around each that follows, less and less towards its edge; model units.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        radius: Option<f64>,
+    },
+    /// Lets go, and settles.
+    Release {},
+    /// Takes hold, drags until the pins arrive or nothing moves any more, lets go, settles.
+    Drag {
+        /// Pins and where they go.
+        hands: Vec<Hand>,
+        /// See [`Command::Grab`].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        radius: Option<f64>,
+        /// Most steps.
+        #[serde(default = "many")]
+        steps: usize,
+    },
+    /// Turns and moves several pins together, as a handle does.
+    Turn {
+        /// The pins.
+        pins: Vec<PinRef>,
+        /// What stays in place under the rotation (model units).
+        centre: [f64; 3],
+        /// Axis times angle (radians).
+        #[serde(default)]
+        rotation: [f64; 3],
+        /// Added to it (model units).
+        #[serde(default)]
+        translation: [f64; 3],
+        /// Most steps.
+        #[serde(default = "many")]
+        steps: usize,
+    },
+    /// Lets time pass.
+    Step {
+        /// How many steps.
+        #[serde(default = "once")]
+        count: usize,
+    },
+    /// Takes the present shape as the shape to which [`Settings::recovery`] leads back.
+    Rest {},
+    /// Other settings.
+    Settings {
+        /// All of them.
+        settings: Settings,
+    },
+    /// Another operand of the operator at a path, or the union of the node there and the part.
+    Add {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// A formula, or the text of a model file.
+        model: String,
+        /// Its name in the model.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+    },
+    /// Another part at a path.
+    Replace {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// A formula, or the text of a model file.
+        model: String,
+    },
+    /// Takes a part out.
+    Remove {
+        /// The node.
+        path: String,
+    },
+    /// Puts a part inside an operator.
+    Wrap {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// A kind on one operand.
+        kind: String,
+        /// Its parameters by name; the others as the table has them.
+        #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
+        parameters: std::collections::BTreeMap<String, f64>,
+        /// The operator's name in the model.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+    },
+    /// Takes an operator off its only operand.
+    Unwrap {
+        /// The node.
+        path: String,
+    },
+    /// The operands of a node in another order.
+    Reorder {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// The present place of each operand.
+        order: Vec<usize>,
+    },
+    /// Takes back the last change of the model, the parameters, the pins or the settings.
+    Undo {},
+    /// Makes it again.
+    Redo {},
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn once() -> usize {
+    1
+}
+
+/// Most steps of a drag by default.
+pub(crate) const DRAG_STEPS: usize = 1000;
+
+fn many() -> usize {
+    DRAG_STEPS
+}

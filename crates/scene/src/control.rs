@@ -1,0 +1,204 @@
+//! How pins become equations, and a step of the scene.
+
+use std::collections::BTreeMap;
+
+use isoswarm_particles::control::{self, ControlStep, Pin, StepOptions, sensitivity};
+use isoswarm_particles::project;
+
+use crate::Error;
+use crate::hold::Hold;
+use crate::scene::Now;
+
+type V3 = [f64; 3];
+
+/// Pins hold within this part of the model's size.
+const TOLERANCE: f64 = 1e-10;
+/// Floaters at which the parameters' costs are measured, and steps until they are measured again.
+const MEASURED: usize = 64;
+const MEASURED_EVERY: u64 = 16;
+/// What it costs a gripped patch not to move with its pin.
+const GRIP_SOFTNESS: f64 = 0.1;
+/// Points of a gripped patch around its pin.
+const GRIP_POINTS: usize = 6;
+
+/// A control point of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScenePin {
+    /// Its number: never used twice.
+    pub id: u64,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Where and how it holds.
+    pub pin: Pin,
+    /// Radius of the patch that moves with it (model units).
+    pub grip: Option<f64>,
+    /// The patch: offsets from the pin.
+    pub(crate) patch: Vec<V3>,
+}
+
+impl ScenePin {
+    /// Lays the patch around the pin: points of the surface at the grip's radius.
+    pub(crate) fn lay_patch(&mut self, now: &Now) -> Result<(), Error> {
+        let Some(radius) = self.grip else { return Ok(()) };
+        let field = &now.state.field;
+        let (mut f, mut g) = ([0.0], [[0.0; 3]]);
+        isoswarm_field::Surface::value_gradient(field, &[self.pin.at], &mut f, &mut g)?;
+        let (u, v) = isoswarm_particles::control::tangents(g[0]);
+        let mut points: Vec<V3> = (0..GRIP_POINTS)
+            .map(|k| {
+                let t = k as f64 * (std::f64::consts::TAU / GRIP_POINTS as f64);
+                let (s, c) = (isoswarm_field::math::sin(t), isoswarm_field::math::cos(t));
+                [0, 1, 2].map(|a| self.pin.at[a] + radius * (c * u[a] + s * v[a]))
+            })
+            .collect();
+        project(field, &mut points, now.swarm.size)?;
+        self.patch = points.iter().map(|p| [0, 1, 2].map(|a| p[a] - self.pin.at[a])).collect();
+        Ok(())
+    }
+}
+
+/// The parameters' costs and when they were measured.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Metric {
+    costs: Vec<f64>,
+    at: u64,
+    stale: bool,
+}
+
+impl Metric {
+    pub(crate) fn stale() -> Self {
+        Self { stale: true, ..Self::default() }
+    }
+}
+
+impl Now {
+    /// One step in the order of WH94 section 5: desired velocities of the pins, those of the parameters (Q, then eqs. 7 and 8),
+    /// the parameters and pins move; then the floaters' repulsion, velocities (eq. 5, with the surface's motion taken at
+    /// its end), radii, births and deaths.
+    pub(crate) fn step(&mut self) -> Result<Option<ControlStep>, Error> {
+        let report = self.move_surface()?;
+        self.keep_in_view()?;
+        self.swarm.step(&self.state.field, &self.state.bounds, self.state.settings.seed)?;
+        self.clock += 1;
+        Ok(report)
+    }
+
+    /// Pins and parameters. `None` where nothing wants to move.
+    fn move_surface(&mut self) -> Result<Option<ControlStep>, Error> {
+        let q = self.state.field.q();
+        let desired = self.desired(&q);
+        if q.is_empty() || (self.rested && self.hold.is_none() && desired.is_empty()) {
+            return Ok(None);
+        }
+        let mut rows: Vec<Pin> = self.state.pins.iter().map(|p| p.pin).collect();
+        if let Some(hold) = &mut self.hold {
+            hold.advance(&self.state.pins, self.swarm.size * self.state.settings.speed);
+            hold.set_targets(&self.state.pins, &mut rows);
+        }
+        let exact = rows.len();
+        for (i, p) in self.state.pins.iter().enumerate() {
+            let shift = rows[i].target.map(|t| [0, 1, 2].map(|a| t[a] - rows[i].at[a]));
+            rows.extend(p.patch.iter().map(|o| {
+                let at = [0, 1, 2].map(|a| p.pin.at[a] + o[a]);
+                let target = shift.map(|s| [0, 1, 2].map(|a| at[a] + s[a]));
+                Pin { softness: GRIP_SOFTNESS, target, ..Pin::new(at) }
+            }));
+        }
+        let patches = rows.len();
+        if let Some(hold) = &self.hold {
+            rows.extend(hold.region());
+        }
+        self.measure_costs()?;
+        let settings = &self.state.settings;
+        let options = StepOptions {
+            longest: settings.speed * self.swarm.size,
+            gain: if self.hold.as_ref().is_some_and(Hold::is_guided) { 1.0 } else { settings.gain },
+            tolerance: TOLERANCE * self.swarm.size,
+        };
+        let report = control::step(&mut self.state.field, &mut rows, &self.metric.costs, &desired, &options)?;
+        for (p, row) in self.state.pins.iter_mut().zip(&rows[..exact]) {
+            p.pin.at = row.at;
+        }
+        self.follow_patches(&rows[exact..patches])?;
+        if let Some(hold) = &mut self.hold {
+            hold.take_region(&rows[patches..]);
+            hold.add_slip(&self.state.pins, &report);
+        }
+        let met = report.residual[..exact].iter().all(|r| *r <= options.tolerance);
+        let still = report.q_change.iter().all(|v| *v == 0.0);
+        self.rested = self.hold.is_none() && desired.is_empty() && (met || still || report.stuck);
+        Ok(Some(report))
+    }
+
+    /// Q: part of the way back to the rest shape; empty where there is none.
+    fn desired(&self, q: &[f64]) -> Vec<f64> {
+        let recovery = self.state.settings.recovery;
+        let params = self.state.field.parameters();
+        match &self.state.rest {
+            Some(rest) if recovery > 0.0 && rest.len() == params.len() => {
+                let free = params.iter().zip(rest).filter(|(p, _)| p.is_free());
+                let way: Vec<f64> = free.zip(q).map(|((_, r), q)| recovery * (r - q)).collect();
+                let far = way.iter().zip(q).any(|(w, q)| w.abs() > 1e-15 * q.abs());
+                if far { way } else { Vec::new() }
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn measure_costs(&mut self) -> Result<(), Error> {
+        let free = self.state.field.q().len();
+        let m = &self.metric;
+        if !m.stale && m.costs.len() == free && self.clock < m.at + MEASURED_EVERY {
+            return Ok(());
+        }
+        let floaters = &self.swarm.floaters.points;
+        let mut points: Vec<V3> =
+            floaters.iter().step_by(floaters.len().div_ceil(MEASURED).max(1)).copied().collect();
+        points.extend(self.state.pins.iter().map(|p| p.pin.at));
+        let costs = sensitivity(&self.state.field, &points)?;
+        self.metric = Metric { costs, at: self.clock, stale: false };
+        Ok(())
+    }
+
+    /// The patches lie on the surface again, wherever it has gone.
+    fn follow_patches(&mut self, rows: &[Pin]) -> Result<(), Error> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let mut points: Vec<V3> = rows.iter().map(|r| r.at).collect();
+        project(&self.state.field, &mut points, self.swarm.size)?;
+        let mut points = points.into_iter();
+        for p in &mut self.state.pins {
+            for offset in &mut p.patch {
+                let q = points.next().unwrap_or(p.pin.at);
+                *offset = [0, 1, 2].map(|a| q[a] - p.pin.at[a]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds new bounds where the surface has come to those that were found before.
+    fn keep_in_view(&mut self) -> Result<(), Error> {
+        let b = &self.state.bounds;
+        let touches = |p: &V3| (0..self.state.field.axes()).any(|a| p[a] <= b.lo[a] || p[a] >= b.hi[a]);
+        if self.state.settings.bounds.is_none() && self.swarm.floaters.points.iter().any(touches) {
+            self.state.bounds = crate::swarm::bounds_of(&self.state.field, &self.state.settings)?;
+        }
+        Ok(())
+    }
+
+    /// Distances between pins and the surface, by their numbers.
+    pub(crate) fn residuals(&self) -> Result<BTreeMap<u64, f64>, Error> {
+        let points: Vec<V3> = self.state.pins.iter().map(|p| p.pin.at).collect();
+        let (mut f, mut g) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
+        isoswarm_field::Surface::value_gradient(&self.state.field, &points, &mut f, &mut g)?;
+        let size = |g: &V3| (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
+        Ok(self
+            .state
+            .pins
+            .iter()
+            .zip(f.iter().zip(&g))
+            .map(|(p, (f, g))| (p.id, f.abs() / size(g)))
+            .collect())
+    }
+}

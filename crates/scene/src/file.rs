@@ -1,0 +1,262 @@
+//! Scenes and scripts as `.iso.json` files, version 1. They may come from strangers: sizes and versions are checked, and what
+//! is not known is refused.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use isoswarm_field::{Callback, json};
+use isoswarm_particles::control::{Guide, Pin};
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+
+use crate::control::ScenePin;
+use crate::{Along, Entry, Error, Scene, Settings};
+
+/// What a file of a scene calls itself.
+pub const FORMAT: &str = "isoswarm scene";
+/// What a file of commands calls itself.
+pub const SCRIPT_FORMAT: &str = "isoswarm script";
+/// The version of both that this code writes, and the newest that it reads.
+pub const VERSION: u32 = 1;
+/// Most pins and most commands in a file.
+const MOST_PINS: usize = 100_000;
+const MOST_COMMANDS: usize = 1_000_000;
+
+#[derive(Deserialize)]
+struct Header {
+    format: Option<String>,
+    version: Option<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile<'a> {
+    #[serde(rename = "format")]
+    _format: &'a str,
+    #[serde(rename = "version")]
+    _version: u32,
+    #[serde(borrow)]
+    model: &'a RawValue,
+    #[serde(default)]
+    settings: Settings,
+    #[serde(default)]
+    pins: Vec<PinRecord>,
+    #[serde(default)]
+    next_pin: Option<u64>,
+    #[serde(default)]
+    rest: Option<Vec<f64>>,
+    #[serde(default)]
+    clock: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PinRecord {
+    id: u64,
+    at: [f64; 3],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    #[serde(default = "one")]
+    weight: f64,
+    #[serde(default)]
+    softness: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    along: Option<Along>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    grip: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScriptFile {
+    #[serde(rename = "format")]
+    _format: String,
+    #[serde(rename = "version")]
+    _version: u32,
+    commands: Vec<serde_json::Value>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn fail<T>(format: &'static str, line: usize, reason: impl Into<String>) -> Result<T, Error> {
+    Err(Error::File { format, line, reason: reason.into() })
+}
+
+fn syntax(format: &'static str, e: &serde_json::Error) -> Error {
+    Error::File { format, line: e.line(), reason: e.to_string() }
+}
+
+/// Checks what a text says it is.
+fn check_header(text: &str, format: &'static str) -> Result<(), Error> {
+    if text.len() > json::MAX_BYTES {
+        let (most, n) = (json::MAX_BYTES, text.len());
+        return fail(format, 0, format!("a file may have {most} bytes, this one has {n}"));
+    }
+    let header: Header = serde_json::from_str(text).map_err(|e| syntax(format, &e))?;
+    match (header.format.as_deref(), header.version) {
+        (Some(f), Some(1..=VERSION)) if f == format => Ok(()),
+        (Some(f), Some(v)) if f == format => {
+            fail(format, 0, format!("expected version 1 to {VERSION}, given {v}: update isoswarm to read it"))
+        }
+        (f, _) => fail(
+            format,
+            0,
+            format!("expected an object with \"format\": \"{format}\" and \"version\": 1, given {f:?}"),
+        ),
+    }
+}
+
+impl Scene {
+    /// The scene as the text of an `.iso.json` file: model, parameters, pins, settings and clock, exact to the last bit. The
+    /// floaters are not part of it; they settle again. Functions are stored by name.
+    pub fn to_json(&self) -> Result<String, Error> {
+        let state = &self.now.state;
+        let model = json::to_json(&self.model()?);
+        let model = model.trim_end().replace('\n', "\n  ");
+        let pins: Vec<String> = state.pins.iter().map(|p| to_text(&record(p))).collect();
+        let mut out =
+            format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n  \"model\": {model},\n");
+        out += &format!("  \"settings\": {},\n", to_text(&state.settings));
+        let list =
+            if pins.is_empty() { String::new() } else { format!("\n    {}\n  ", pins.join(",\n    ")) };
+        out += &format!("  \"pins\": [{list}],\n  \"next_pin\": {},\n", state.next_pin);
+        if let Some(rest) = &state.rest {
+            out += &format!("  \"rest\": {},\n", to_text(rest));
+        }
+        out += &format!("  \"clock\": {}\n}}\n", self.now.clock);
+        Ok(out)
+    }
+
+    /// Reads a scene, or a model, which becomes a scene with `settings` (a scene has its own). `functions` gives the function
+    /// for each name that the file refers to.
+    pub fn from_json(
+        text: &str,
+        settings: Settings,
+        functions: &HashMap<String, Arc<dyn Callback>>,
+    ) -> Result<Self, Error> {
+        let find = |name: &str| functions.get(name).cloned();
+        if serde_json::from_str::<Header>(text).is_ok_and(|h| h.format.as_deref() == Some(json::FORMAT)) {
+            return Self::new(&json::from_json_with(text, &find)?, settings);
+        }
+        check_header(text, FORMAT)?;
+        let file: SceneFile<'_> = serde_json::from_str(text).map_err(|e| syntax(FORMAT, &e))?;
+        if file.pins.len() > MOST_PINS {
+            return fail(
+                FORMAT,
+                0,
+                format!("a scene may have {MOST_PINS} pins, this one has {}", file.pins.len()),
+            );
+        }
+        let model = json::from_json_with(file.model.get(), &find)?;
+        let mut scene = Self::new(&model, file.settings)?;
+        scene.functions.extend(functions.iter().map(|(k, f)| (k.clone(), f.clone())));
+        let next = file.pins.iter().map(|p| p.id + 1).max().unwrap_or(0);
+        let mut ids: Vec<u64> = file.pins.iter().map(|p| p.id).collect();
+        ids.sort_unstable();
+        if ids.windows(2).any(|w| w[0] == w[1]) || ids.last() == Some(&u64::MAX) {
+            return fail(FORMAT, 0, "two pins have the same id, or one has the largest there is");
+        }
+        for record in file.pins {
+            let mut pin = pin(record)?;
+            pin.lay_patch(&scene.now)?;
+            scene.now.state.pins.push(pin);
+        }
+        scene.now.state.next_pin = file.next_pin.unwrap_or(0).max(next);
+        if let Some(rest) = file.rest {
+            let expected = scene.field().parameters().len();
+            if rest.len() != expected || rest.iter().any(|v| !v.is_finite()) {
+                return fail(FORMAT, 0, format!("rest: expected {expected} finite numbers, one a parameter"));
+            }
+            scene.now.state.rest = Some(rest);
+        }
+        scene.now.clock = file.clock;
+        scene.now.rested = scene.now.state.pins.is_empty();
+        Ok(scene)
+    }
+}
+
+fn record(p: &ScenePin) -> PinRecord {
+    PinRecord {
+        id: p.id,
+        at: p.pin.at,
+        name: p.name.clone(),
+        weight: p.pin.weight,
+        softness: p.pin.softness,
+        along: match p.pin.guide {
+            Guide::Free => None,
+            Guide::Line(v) => Some(Along::Line(v)),
+            Guide::Plane(v) => Some(Along::Plane(v)),
+        },
+        grip: p.grip,
+    }
+}
+
+fn pin(r: PinRecord) -> Result<ScenePin, Error> {
+    let wrong = |what: &str| fail(FORMAT, 0, format!("pin {}: {what}", r.id));
+    if !r.at.iter().all(|v| v.is_finite()) {
+        return wrong("expected finite coordinates");
+    }
+    if !(r.weight > 0.0 && r.weight.is_finite() && r.softness >= 0.0 && r.softness.is_finite()) {
+        return wrong("expected a weight above 0 and a softness from 0 up");
+    }
+    if r.grip.is_some_and(|g| !(g > 0.0 && g.is_finite())) {
+        return wrong("expected a grip above 0");
+    }
+    let guide = match r.along {
+        None => Guide::Free,
+        // Directions that have been written are of length 1 already, and keep their bits.
+        Some(Along::Line(v)) if is_unit(v) => Guide::Line(v),
+        Some(Along::Plane(v)) if is_unit(v) => Guide::Plane(v),
+        Some(a) => match a.guide() {
+            Some(g) => g,
+            None => return wrong("expected a direction that is not zero"),
+        },
+    };
+    let pin = Pin { weight: r.weight, softness: r.softness, guide, ..Pin::new(r.at) };
+    Ok(ScenePin { id: r.id, name: r.name, pin, grip: r.grip, patch: Vec::new() })
+}
+
+fn is_unit(v: [f64; 3]) -> bool {
+    ((v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt() - 1.0).abs() < 1e-12
+}
+
+fn to_text(v: &impl Serialize) -> String {
+    serde_json::to_string(v).expect("finite numbers and names are serialisable")
+}
+
+/// Commands as the text of a script, one a line.
+pub fn script_to_json(entries: &[Entry]) -> String {
+    let lines: Vec<String> = entries.iter().map(to_text).collect();
+    let list = if lines.is_empty() { String::new() } else { format!("\n    {}\n  ", lines.join(",\n    ")) };
+    format!(
+        "{{\n  \"format\": \"{SCRIPT_FORMAT}\",\n  \"version\": {VERSION},\n  \"commands\": [{list}]\n}}\n"
+    )
+}
+
+/// Reads a script: `{"format": "isoswarm script", "version": 1, "commands": [...]}`.
+pub fn script_from_json(text: &str) -> Result<Vec<Entry>, Error> {
+    check_header(text, SCRIPT_FORMAT)?;
+    let file: ScriptFile = serde_json::from_str(text).map_err(|e| syntax(SCRIPT_FORMAT, &e))?;
+    if file.commands.len() > MOST_COMMANDS {
+        let n = file.commands.len();
+        return fail(
+            SCRIPT_FORMAT,
+            0,
+            format!("a script may have {MOST_COMMANDS} commands, this one has {n}"),
+        );
+    }
+    file.commands
+        .into_iter()
+        .enumerate()
+        .map(|(k, v)| entry(v).or_else(|e| fail(SCRIPT_FORMAT, 0, format!("command {k}: {e}"))))
+        .collect()
+}
+
+/// The time beside, the rest is the command: `flatten` would let unknown fields through.
+fn entry(mut v: serde_json::Value) -> Result<Entry, serde_json::Error> {
+    let at = v.as_object_mut().and_then(|o| o.remove("at_step"));
+    let at = at.map(serde_json::from_value).transpose()?;
+    Ok(Entry { at, command: serde_json::from_value(v)? })
+}

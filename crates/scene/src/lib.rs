@@ -1,0 +1,24 @@
+//! isoswarm-scene: a model being edited.
+//!
+//! [`Scene`] is the only thing that changes: a model and its parameters, the floaters on its surface, control
+//! points, settings and a clock. Everything that can be done to it is a [`Command`]; front-ends hold no algorithm.
+
+mod apply;
+mod command;
+mod control;
+mod error;
+mod file;
+mod hold;
+mod report;
+mod scene;
+mod settings;
+mod swarm;
+
+pub use apply::Change;
+pub use command::{Along, Command, Hand, PinRef};
+pub use control::ScenePin;
+pub use error::Error;
+pub use file::{FORMAT, SCRIPT_FORMAT, VERSION, script_from_json, script_to_json};
+pub use report::{DragReport, Ending};
+pub use scene::{Entry, Frame, Progress, ProgressFn, Scene};
+pub use settings::{Amount, Focus, Settings};

@@ -1,0 +1,53 @@
+//! How a drag went.
+
+/// Why a drag ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The pins are where they were dragged to.
+    Reached,
+    /// Nothing moved any more: the model, its limits or other pins do not allow it.
+    Stuck,
+    /// It took all the steps that it was given.
+    StepLimit,
+    /// It was let go.
+    Released,
+    /// It was asked to stop.
+    Cancelled,
+}
+
+impl Ending {
+    /// `"reached"`, `"stuck"`, `"step limit"`, `"released"`, `"cancelled"`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Ending::Reached => "reached",
+            Ending::Stuck => "stuck",
+            Ending::StepLimit => "step limit",
+            Ending::Released => "released",
+            Ending::Cancelled => "cancelled",
+        }
+    }
+}
+
+/// How a drag went; lengths in model units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DragReport {
+    /// Whether all dragged pins are where they were dragged to.
+    pub reached: bool,
+    /// Why it ended.
+    pub ending: Ending,
+    /// Largest distance between a dragged pin and where it should be.
+    pub distance: f64,
+    /// Pins that the parameters could meet independently of each other at the end, and...
+    pub rank: usize,
+    /// ...all pins.
+    pub pins: usize,
+    /// Largest distance between a pin and the surface.
+    pub residual: f64,
+    /// How far each dragged pin has slipped over the surface instead of moving it (a vector): implicit surfaces are
+    /// slippery.
+    pub slip: Vec<(u64, [f64; 3])>,
+    /// Steps it took.
+    pub steps: usize,
+    /// Paths of the parameters that were held back by their bounds at the end.
+    pub at_limit: Vec<String>,
+}

@@ -1,0 +1,311 @@
+//! The document: the only thing that changes.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use isoswarm_field::{Aabb, Callback, Field, Model};
+use isoswarm_particles::floaters::Floaters;
+
+use crate::control::{Metric, ScenePin};
+use crate::hold::Hold;
+use crate::swarm::{Swarm, bounds_of};
+use crate::{Change, Command, Error, PinRef, Settings};
+
+/// What undo restores: bit for bit, never by inverse arithmetic.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    /// The model with its parameters' values and settings, compiled (the compiled part is shared).
+    pub(crate) field: Field,
+    pub(crate) pins: Vec<ScenePin>,
+    pub(crate) next_pin: u64,
+    pub(crate) settings: Settings,
+    /// Values of all parameters to which recovery leads back.
+    pub(crate) rest: Option<Vec<f64>>,
+    /// The box that clips the surface.
+    pub(crate) bounds: Aabb,
+}
+
+/// All that changes with time.
+#[derive(Clone, Debug)]
+pub(crate) struct Now {
+    pub(crate) state: State,
+    pub(crate) swarm: Swarm,
+    pub(crate) clock: u64,
+    pub(crate) hold: Option<Hold>,
+    pub(crate) metric: Metric,
+    /// No pin wants the surface to move.
+    pub(crate) rested: bool,
+}
+
+/// A command and the step at which it was given.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Entry {
+    /// The clock when it was given; missing in scripts, which go on from one command to the next.
+    #[serde(rename = "at_step", skip_serializing_if = "Option::is_none")]
+    pub at: Option<u64>,
+    /// What was done.
+    #[serde(flatten)]
+    pub command: Command,
+}
+
+/// How far a command has come; `Break` ends it where it is.
+pub type ProgressFn<'a> = dyn FnMut(&Scene, &Progress) -> ControlFlow<()> + 'a;
+
+/// See [`ProgressFn`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Steps of this command so far.
+    pub steps: usize,
+    /// The most it may take.
+    pub most: usize,
+    /// What remains to be done, in model units where something is dragged.
+    pub remaining: f64,
+}
+
+/// A model being edited: its tree and parameters, the floaters on its surface, control points, settings and a clock.
+///
+/// ```
+/// use isoswarm_field::text;
+/// use isoswarm_scene::{Command, Scene, Settings};
+/// let sphere = text::parse("sphere(r=1)", &[])?;
+/// let mut scene = Scene::new(&sphere, Settings::default())?;
+/// let hand = scene.pin([1.0, 0.0, 0.0])?;
+/// let report = scene.drag(&[(hand, [1.5, 0.0, 0.0])])?;
+/// assert!(report.reached);
+/// assert!((scene.field().parameters()[0].value - 1.5).abs() < 1e-6);
+/// scene.apply(Command::Undo {})?;
+/// assert_eq!(scene.field().parameters()[0].value, 1.0);
+/// # Ok::<(), isoswarm_scene::Error>(())
+/// ```
+pub struct Scene {
+    pub(crate) now: Now,
+    pub(crate) undo: Vec<State>,
+    pub(crate) redo: Vec<State>,
+    pub(crate) log: Vec<Entry>,
+    pub(crate) functions: HashMap<String, Arc<dyn Callback>>,
+}
+
+/// What there is to draw.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// Steps taken.
+    pub clock: u64,
+    /// The floaters: positions, normals, radii, identities.
+    pub floaters: &'a Floaters,
+    /// Mean distance between neighbouring floaters that is aimed at (model units).
+    pub spacing: f64,
+    /// The control points.
+    pub pins: &'a [ScenePin],
+    /// The box that clips the surface.
+    pub bounds: &'a Aabb,
+}
+
+/// Most states that undo keeps.
+const UNDO_DEPTH: usize = 1000;
+
+impl Scene {
+    /// A scene of a model, with floaters on its surface.
+    ///
+    /// # Errors
+    /// Settings that make no sense, a model without a surface or without an end where no bounds are given.
+    pub fn new(model: &Model, settings: Settings) -> Result<Self, Error> {
+        settings.check()?;
+        let field = Field::new(model)?;
+        if field.components() != 1 {
+            return Err(Error::option(
+                "model",
+                "a surface: one equation F = 0",
+                format!("{} equations", field.components()),
+            ));
+        }
+        let bounds = bounds_of(&field, &settings)?;
+        let Some(swarm) = Swarm::default().settled(&field, &bounds, &settings)? else {
+            return Err(Error::Vanished { what: "this model".into() });
+        };
+        let state = State { field, pins: Vec::new(), next_pin: 0, settings, rest: None, bounds };
+        let now = Now { state, swarm, clock: 0, hold: None, metric: Metric::stale(), rested: true };
+        let mut scene =
+            Self { now, undo: Vec::new(), redo: Vec::new(), log: Vec::new(), functions: HashMap::new() };
+        scene.learn_functions(model);
+        Ok(scene)
+    }
+
+    /// Remembers the functions of a model by name, so that texts can refer to them.
+    pub fn learn_functions(&mut self, model: &Model) {
+        for node in model.nodes() {
+            if let isoswarm_field::model::Payload::Callback(f) = node.model().payload() {
+                self.functions.insert(f.name().to_string(), f.clone());
+            }
+        }
+    }
+
+    /// The field as it is now: model and parameters.
+    pub fn field(&self) -> &Field {
+        &self.now.state.field
+    }
+
+    /// The tree with the parameters' present values.
+    pub fn model(&self) -> Result<Model, Error> {
+        Ok(self.now.state.field.current_model()?)
+    }
+
+    /// The control points.
+    pub fn pins(&self) -> &[ScenePin] {
+        &self.now.state.pins
+    }
+
+    /// Steps taken.
+    pub fn clock(&self) -> u64 {
+        self.now.clock
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.now.state.settings
+    }
+
+    /// What has been done, in order.
+    pub fn log(&self) -> &[Entry] {
+        &self.log
+    }
+
+    /// What there is to draw.
+    pub fn frame(&self) -> Frame<'_> {
+        Frame {
+            clock: self.now.clock,
+            floaters: &self.now.swarm.floaters,
+            spacing: self.now.swarm.spacing,
+            pins: &self.now.state.pins,
+            bounds: &self.now.state.bounds,
+        }
+    }
+
+    /// Whether something is being dragged.
+    pub fn is_held(&self) -> bool {
+        self.now.hold.is_some()
+    }
+
+    /// How many commands can be undone and redone.
+    pub fn history(&self) -> (usize, usize) {
+        (self.undo.len(), self.redo.len())
+    }
+
+    /// Carries a command out. On an error the scene is as it was.
+    pub fn apply(&mut self, command: Command) -> Result<Change, Error> {
+        self.apply_with(command, &mut |_, _| ControlFlow::Continue(()))
+    }
+
+    /// The same, with progress once a step.
+    pub fn apply_with(&mut self, command: Command, progress: &mut ProgressFn<'_>) -> Result<Change, Error> {
+        let before = self.now.clone();
+        let history = (self.undo.clone(), self.redo.clone());
+        let entry = Entry { at: Some(self.now.clock), command: command.clone() };
+        let result = self.carry_out(command, progress);
+        match &result {
+            Ok(_) => self.log.push(entry),
+            Err(_) => {
+                self.now = before;
+                (self.undo, self.redo) = history;
+            }
+        }
+        result
+    }
+
+    /// Lets time pass: `n` steps.
+    pub fn step(&mut self, n: usize) -> Result<Change, Error> {
+        self.apply(Command::Step { count: n })
+    }
+
+    /// A control point on the surface near `at`; its number.
+    pub fn pin(&mut self, at: [f64; 3]) -> Result<u64, Error> {
+        let pin = Command::Pin { at, name: None, weight: 1.0, softness: 0.0, along: None, grip: None };
+        Ok(self.apply(pin)?.pin.expect("a pin was made"))
+    }
+
+    /// Drags pins until they arrive or nothing moves any more.
+    pub fn drag(&mut self, hands: &[(u64, [f64; 3])]) -> Result<crate::DragReport, Error> {
+        let hands = hands.iter().map(|&(id, to)| crate::Hand { pin: PinRef::Number(id), to }).collect();
+        let command = Command::Drag { hands, radius: None, steps: crate::command::DRAG_STEPS };
+        Ok(self.apply(command)?.drag.expect("a drag was made"))
+    }
+
+    /// Carries out the commands of a script or a log; those with a time wait for it.
+    pub fn replay(
+        &mut self,
+        entries: &[Entry],
+        progress: &mut dyn FnMut(&Scene, usize) -> ControlFlow<()>,
+    ) -> Result<Vec<Change>, Error> {
+        let mut changes = Vec::with_capacity(entries.len());
+        for (k, entry) in entries.iter().enumerate() {
+            if let Some(at) = entry.at.filter(|&at| at > self.now.clock) {
+                self.step((at - self.now.clock) as usize)?;
+            }
+            let mut stopped = false;
+            let change = self.apply_with(entry.command.clone(), &mut |scene, _| {
+                let flow = progress(scene, k);
+                stopped |= flow.is_break();
+                flow
+            })?;
+            changes.push(change);
+            if stopped || progress(self, k + 1).is_break() {
+                break;
+            }
+        }
+        Ok(changes)
+    }
+
+    /// Keeps the present state for undo.
+    pub(crate) fn remember(&mut self) {
+        if self.undo.len() == UNDO_DEPTH {
+            self.undo.remove(0);
+        }
+        self.undo.push(self.now.state.clone());
+        self.redo.clear();
+    }
+
+    /// The number of a pin.
+    pub(crate) fn find_pin(&self, pin: &PinRef) -> Result<usize, Error> {
+        let pins = &self.now.state.pins;
+        let found = match pin {
+            PinRef::Number(id) => pins.iter().position(|p| p.id == *id),
+            PinRef::Name(name) => pins.iter().position(|p| p.name.as_deref() == Some(name)),
+        };
+        found.ok_or_else(|| {
+            let name =
+                |p: &ScenePin| p.name.as_ref().map_or(p.id.to_string(), |n| format!("{} (`{n}`)", p.id));
+            let known: Vec<String> = pins.iter().take(20).map(name).collect();
+            let given = match pin {
+                PinRef::Number(id) => id.to_string(),
+                PinRef::Name(name) => format!("`{name}`"),
+            };
+            Error::NoPin { given, known: if known.is_empty() { "none".into() } else { known.join(", ") } }
+        })
+    }
+
+    /// Brings the floaters onto the surface after a sudden change.
+    pub(crate) fn resettle(&mut self, what: &str) -> Result<(), Error> {
+        let now = &mut self.now;
+        now.state.bounds = bounds_of(&now.state.field, &now.state.settings)?;
+        let settled = now.swarm.settled(&now.state.field, &now.state.bounds, &now.state.settings)?;
+        now.swarm = settled.ok_or_else(|| Error::Vanished { what: what.into() })?;
+        (now.metric, now.rested) = (Metric::stale(), false);
+        Ok(())
+    }
+
+    /// Distances between pins and the surface (model units), by number.
+    pub fn residuals(&self) -> Result<BTreeMap<u64, f64>, Error> {
+        self.now.residuals()
+    }
+}
+
+impl std::fmt::Debug for Scene {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Scene")
+            .field("clock", &self.now.clock)
+            .field("parameters", &self.now.state.field.parameters().len())
+            .field("pins", &self.now.state.pins.len())
+            .field("floaters", &self.now.swarm.floaters.len())
+            .finish()
+    }
+}

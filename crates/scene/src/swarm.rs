@@ -1,0 +1,106 @@
+//! The floaters of a scene: how they are settled on a surface, and how they live on it.
+
+use isoswarm_field::{Aabb, Field};
+use isoswarm_particles::floaters::{Floaters, Parameters};
+use isoswarm_particles::{self as particles, Options, Samples, Status, sample};
+
+use crate::settings::{Amount, Settings};
+use crate::{Error, Scene};
+
+/// With radii at σ̂ the mean distance to the nearest neighbour settles at this many σ̂.
+const NEAREST: f64 = 1.72;
+/// Radius of a floater at rest as a part of σ̂, so that new ones neither split nor shrink at once.
+const AT_REST: f64 = 0.85;
+/// A floater survives a sudden change if the surface is no farther than so many spacings.
+const SURVIVAL: f64 = 2.0;
+/// New floaters keep this many spacings from those that survive.
+const APART: f64 = 0.75;
+
+/// Floaters and what they aim at.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Swarm {
+    pub(crate) floaters: Floaters,
+    /// Mean distance between neighbours that they aim at (model units).
+    pub(crate) spacing: f64,
+    /// Diagonal of the box around them (model units).
+    pub(crate) size: f64,
+}
+
+impl Swarm {
+    /// Floaters for a surface: those of `self` that are near it stay, and where there are none new ones come.
+    pub(crate) fn settled(
+        &self,
+        field: &Field,
+        bounds: &Aabb,
+        settings: &Settings,
+    ) -> Result<Option<Self>, Error> {
+        let amount = match settings.amount {
+            Amount::Spacing(s) => particles::Amount::Spacing(s),
+            Amount::Count(n) if self.spacing == 0.0 => particles::Amount::Count(n),
+            Amount::Count(_) => particles::Amount::Spacing(self.spacing),
+        };
+        let options = Options { amount, seed: settings.seed, most: Settings::MOST, ..Options::default() };
+        let fresh = sample(field, bounds, options)?;
+        if fresh.report.status == Status::Empty {
+            return Ok(None);
+        }
+        let spacing = match settings.amount {
+            Amount::Spacing(s) => s,
+            Amount::Count(_) if self.spacing == 0.0 => fresh.report.spacing,
+            Amount::Count(_) => self.spacing,
+        };
+        let mut next = Self { floaters: self.floaters.clone(), spacing, size: 0.0 };
+        let sigma = AT_REST * spacing / NEAREST;
+        next.floaters.retain_near(field, bounds, SURVIVAL * spacing)?;
+        next.floaters.admit(&fresh.points, APART * spacing, sigma);
+        next.measure();
+        Ok(Some(next))
+    }
+
+    fn measure(&mut self) {
+        self.size = Aabb::around(&self.floaters.points).map_or(0.0, |b| b.diagonal()).max(self.spacing);
+    }
+
+    /// WH94's parameters with feedback that takes a whole Newton step, as the surface has already moved.
+    fn parameters(&self) -> Parameters {
+        let mut p = Parameters::new(self.size, self.spacing / NEAREST);
+        p.phi = 1.0 / p.dt;
+        p
+    }
+
+    /// One step on the surface as it is now.
+    pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<(), Error> {
+        let parameters = self.parameters();
+        self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        Ok(())
+    }
+}
+
+/// The box that clips the surface.
+pub(crate) fn bounds_of(field: &Field, settings: &Settings) -> Result<Aabb, Error> {
+    if let Some([lo, hi]) = settings.bounds {
+        return Ok(Aabb::new(lo, hi));
+    }
+    let found = field.bounds().ok_or(Error::Unbounded)?;
+    Ok(found.grown(0.05 * found.diagonal()))
+}
+
+impl Scene {
+    /// Even samples of the surface as it is now, started from the floaters: exactly as many as `n`, or with the scene's
+    /// spacing. See [`isoswarm_particles::sample`].
+    pub fn samples(&self, n: Option<usize>) -> Result<Samples, Error> {
+        let swarm = &self.now.swarm;
+        let amount = match n {
+            Some(n) => particles::Amount::Count(n),
+            None => particles::Amount::Spacing(swarm.spacing),
+        };
+        let options = Options {
+            amount,
+            seed: self.now.state.settings.seed,
+            start: Some(&swarm.floaters.points),
+            most: Settings::MOST,
+            ..Options::default()
+        };
+        Ok(sample(&self.now.state.field, &self.now.state.bounds, options)?)
+    }
+}
