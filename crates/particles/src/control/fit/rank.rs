@@ -1,0 +1,55 @@
+//! How many parameters, or combinations of them, the points determine.
+
+use super::dense::Upper;
+use super::passes::{Matrix, dot};
+use crate::control::factor::Factors;
+
+/// Operations up to which the orthogonal factorisation is made at once.
+const SMALL: f64 = 3e7;
+/// Steps of inverse iteration.
+const STEPS: usize = 4;
+
+/// The rank of J diag(scale), whose columns have about unit length or are nothing; singular values below `tolerance` do not count.
+///
+/// A large J is first looked at by inverse iteration: the quotient |J z|/|z| that it ends with bounds the smallest singular value from above
+/// and comes close to it; if it is well above the tolerance the rank is full. Otherwise, and for a small J, rows are factored with
+/// pivoting.
+pub(crate) fn rank(j: Matrix<'_>, scale: &[f64], tolerance: f64) -> usize {
+    let kept: Vec<usize> = (0..scale.len()).filter(|&k| scale[k] > 0.0).collect();
+    let (n, m) = (j.count(), kept.len());
+    if n == 0 || m == 0 {
+        return 0;
+    }
+    let cost = n as f64 * m as f64 * n.min(m) as f64;
+    if cost > SMALL && n >= m && m <= 4096 && smallest(j, scale, m) > 1e3 * tolerance {
+        return m;
+    }
+    let mut rows = Vec::with_capacity(n * m);
+    for row in j.rows.chunks_exact(j.width) {
+        rows.extend(kept.iter().map(|&k| row[k] * scale[k]));
+    }
+    Factors::new(rows, m, &vec![0; n], tolerance).rank()
+}
+
+/// About the smallest singular value.
+fn smallest(j: Matrix<'_>, scale: &[f64], m: usize) -> f64 {
+    let skip: Vec<bool> = scale.iter().map(|c| *c == 0.0).collect();
+    let factor = Upper::gram(j.rows, scale).factored(1e-15, &skip);
+    let mut z: Vec<f64> = (0..scale.len())
+        .map(|k| if skip[k] { 0.0 } else { 1.0 + 0.5 * ((k * 7919) % 101) as f64 / 101.0 })
+        .collect();
+    let mut least = f64::INFINITY;
+    for _ in 0..STEPS {
+        factor.solve(&mut z);
+        let size = dot(&z, &z).sqrt();
+        if !(size > 0.0 && size.is_finite()) {
+            return 0.0;
+        }
+        z.iter_mut().for_each(|v| *v /= size);
+        let scaled: Vec<f64> = z.iter().zip(scale).map(|(z, c)| z * c).collect();
+        let effect = j.times(&scaled);
+        least = least.min(dot(&effect, &effect).sqrt());
+    }
+    // Relative to the largest, which is at most the root of the number of columns of unit length.
+    least / (m as f64).sqrt()
+}
