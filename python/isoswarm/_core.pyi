@@ -1,4 +1,4 @@
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,10 @@ class Model:
     @staticmethod
     def function(
         name: str,
-        value: Callable[[Floats], Floats],
-        gradient: Callable[[Floats], Floats] | None,
+        parameters: list[tuple[str, float]],
+        value: Callable[[Floats, Sequence[float]], Floats],
+        gradient: Callable[[Floats, Sequence[float]], Floats] | None,
+        parameter_gradient: Callable[[Floats, Sequence[float]], Floats] | None,
         bounds: tuple[Corner, Corner] | None,
     ) -> Model: ...
     @staticmethod
@@ -84,7 +86,7 @@ def sample(
     lo: Corner,
     hi: Corner,
     method: str,
-    density: Callable[[Floats], Floats] | str | None,
+    density: Callable[[Floats, Sequence[float]], Floats] | str | None,
     seed: int,
     start: Floats | None,
     most: int,

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import SupportsFloat
 
 import numpy as np
 
 from isoswarm import _core
-from isoswarm._arrays import Floats, as_bounds
-from isoswarm.callbacks import BatchFunction, checked
+from isoswarm._arrays import as_bounds
+from isoswarm.callbacks import BatchFunction, Checked, as_parameters, checked
 from isoswarm.field import Field
 
 __all__ = ["from_function", "load", "parse"]
@@ -58,21 +58,30 @@ def from_function(
     function: BatchFunction,
     gradient: BatchFunction | None = None,
     *,
+    parameters: Mapping[str, SupportsFloat] | None = None,
+    parameter_gradient: BatchFunction | None = None,
     bounds: object = None,
     axes: int = 3,
     name: str | None = None,
 ) -> Field:
-    """Make a field of any Python function of arrays.
+    """Make a field of any Python function of arrays, and of parameters.
 
     Parameters
     ----------
     function : callable
-        Takes all points at once, (n, `axes`), and returns F at each, (n,), with F < 0 inside. It is called on the
-        thread that you call from.
+        Takes all points at once, (n, `axes`), and each parameter as a keyword argument, a float; returns F at each
+        point, (n,), with F < 0 inside. It is called on the thread that you call from.
     gradient : callable, optional
-        Takes (n, `axes`), returns ∂F/∂x, (n, `axes`). Without it F is differentiated numerically.
+        Takes the same, returns ∂F/∂x, (n, `axes`). Without it F is differentiated numerically.
+    parameters : mapping, optional
+        Names of the parameters and their values. They are parameters of the field like any other, with paths such as
+        ``function/r``: see :meth:`Field.with_parameters`, :meth:`Field.freeze`, :meth:`Field.with_limits`.
+    parameter_gradient : callable, optional
+        Takes the same, returns ∂F/∂q, (n, m), one column for each of the m `parameters` in their order. Without it F is
+        differentiated numerically: two calls for each free parameter, with steps of 6e-6 times its value or its scale
+        (:meth:`Field.with_scale`), whichever is larger, within its limits.
     bounds : pair of corners or float, optional
-        A box that contains the surface; b for the box from -b to b.
+        A box that contains the surface, whatever the parameters; b for the box from -b to b.
     axes : {3, 2}
         2 for a curve in the plane.
     name : str, optional
@@ -83,12 +92,28 @@ def from_function(
     Field
         Without intervals, so that no search for its components is certified.
 
+    Raises
+    ------
+    TypeError
+        A function that cannot be called with these parameters, or a parameter that is no number.
+    ValueError
+        A parameter that is not finite, or whose name cannot be that of an argument.
+
     Examples
     --------
     >>> import isoswarm as iso, numpy as np
     >>> ball = iso.from_function(lambda X: np.linalg.norm(X, axis=1) - 1, bounds=1.5)
     >>> ball.gradient([[2.0, 0.0, 0.0]]).round(6).tolist()
     [[1.0, 0.0, 0.0]]
+
+    >>> def egg(X, r, pointed):
+    ...     x, y, z = X.T
+    ...     return x**2 + y**2 + (z / (1 + pointed * np.tanh(z))) ** 2 - r**2
+    >>> field = iso.from_function(egg, parameters={"r": 1.0, "pointed": 0.2}, bounds=2)
+    >>> list(field.parameters)
+    ['function/r', 'function/pointed']
+    >>> field.parameter_gradient([[1.0, 0.0, 0.0]]).round(6).tolist()
+    [[-2.0, 0.0]]
 
     """
     if axes not in (2, 3):
@@ -98,17 +123,24 @@ def from_function(
     if bounds is not None:
         lo, hi = as_bounds(bounds, axes)
         box = (tuple(lo.tolist()), tuple(hi.tolist()))
-    value = checked(function, called, axes)
-    slope = None if gradient is None else checked(gradient, f"gradient of {called}", axes, (axes,))
+    own = as_parameters(parameters or {})
+    names = [key for key, _ in own]
+    value = checked(function, called, axes, parameters=names)
+    slope = None if gradient is None else checked(gradient, f"gradient of {called}", axes, (axes,), names)
     if slope is not None and axes == 2:
         slope = _padded(slope)
-    field = Field(_core.Model.function(called, value, slope, box))
+    slopes = None
+    if parameter_gradient is not None:
+        if not own:
+            raise ValueError("parameter_gradient: expected with `parameters`, given without")
+        slopes = checked(parameter_gradient, f"parameter gradient of {called}", axes, (len(own),), names)
+    field = Field(_core.Model.function(called, own, value, slope, slopes, box))
     return field if axes == 3 else Field(_core.Model.node("planar", [field._model], {}))
 
 
-def _padded(slope: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
+def _padded(slope: Checked) -> Checked:
     """A gradient in the plane with a third component of 0."""
-    return lambda X: np.pad(slope(X), ((0, 0), (0, 1)))
+    return lambda X, q: np.pad(slope(X, q), ((0, 0), (0, 1)))
 
 
 def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = None) -> Field:
@@ -119,7 +151,8 @@ def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = N
     path : str or path
         A ``.vm`` tape (plain text, as fidget and MPR write it) or an ``.iso.json``.
     functions : mapping, optional
-        The fields, made with :func:`from_function`, that the file refers to by name.
+        The fields, made with :func:`from_function`, that the file refers to by name. Their parameters get the values in
+        the file.
 
     Raises
     ------

@@ -171,16 +171,19 @@ impl Model {
         Self::made(model::Model::call(kind, positional, keyword))
     }
 
-    /// A function, its gradient, and where its surface is.
+    /// A function of points and of its parameters (name and value), its derivatives, and where its surface is.
     #[staticmethod]
     fn function(
         name: String,
+        parameters: Vec<(String, f64)>,
         value: Py<PyAny>,
         gradient: Option<Py<PyAny>>,
+        parameter_gradient: Option<Py<PyAny>>,
         bounds: Option<Corners>,
     ) -> PyResult<Self> {
         let bounds = bounds.map(|(lo, hi)| Aabb::new(lo, hi));
-        Self::made(model::Model::function(Arc::new(Function { name, value, gradient, bounds })))
+        let function = Function { name, parameters, value, gradient, parameter_gradient, bounds };
+        Self::made(model::Model::function(Arc::new(function)))
     }
 
     #[getter]

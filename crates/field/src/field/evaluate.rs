@@ -4,9 +4,9 @@
 use rayon::prelude::*;
 
 use super::leaves::{LeafOutputs, Slopes};
-use super::{CHUNK, Field};
+use super::{CHUNK, Field, Part};
 use crate::FieldError;
-use crate::kernel::{Columns, Rows, Want, hessian, run};
+use crate::kernel::{Batch, Columns, Rows, Want, hessian, run};
 use crate::program::{Program, Purpose};
 
 impl Field {
@@ -92,24 +92,18 @@ impl Field {
         }
         let m = q.as_ref().map_or(0, |q| q.len() / (n * k));
         let columns = self.columns();
-        let free = self.free();
         let slopes = match (&rate, &q) {
-            (None, None) => Slopes::Points,
-            _ => Slopes::Parameters { columns: &columns, count: free.len() },
+            (Some((rates, _)), _) => Slopes::Rate(rates),
+            (_, Some(_)) => Slopes::Parameters { columns: &columns, count: m },
+            _ => Slopes::Points,
         };
         let outputs = self.leaf_outputs(points, d, slopes)?;
         let batch = self.batch(points, &outputs);
-        let leaves = self.compiled.leaves.len();
-        let mut adjoints = vec![0.0; n * leaves];
+        let mut adjoints = vec![0.0; n * self.compiled.leaves.len()];
         for c in 0..k {
-            let (part, uniforms) = (&self.compiled.parts[c], &self.uniforms[c]);
-            let rates = rate.as_ref().map(|(r, _)| part.tape.uniforms.rates(uniforms, r));
-            let rows = q.is_some().then(|| Rows::new(&part.tape.uniforms, &columns));
-            let program = if rates.is_some() || rows.is_some() {
-                part.everything.get_or_init(|| Program::new(&part.tape, Purpose::Everything))
-            } else {
-                &part.inputs
-            };
+            let rates = rate.as_ref().map(|(rates, _)| *rates);
+            let columns = q.is_some().then_some(&columns[..]);
+            let sweep = Sweep::new(&self.compiled.parts[c], &self.uniforms[c], batch, rates, columns);
             // One component writes straight into the results; several go through columns of their own.
             let mut own = (k > 1).then(|| Own::new(n, d, m, rate.is_some()));
             let target = match &mut own {
@@ -121,24 +115,7 @@ impl Field {
                 },
                 Some(own) => own.target(),
             };
-            chunks(target, &mut adjoints, (d, leaves, m)).into_par_iter().for_each(|chunk| {
-                let Chunk { start, value, gradient, rate, q, adjoints } = chunk;
-                let part = batch.slice(start, value.len());
-                let x = Columns { data: gradient, stride: d };
-                let leaves = Columns { data: adjoints, stride: leaves };
-                let want = match (rate, q, &rates, &rows) {
-                    (Some(rate), _, Some(rates), _) => Want::Rate { x, leaves, rates, rate },
-                    (_, Some(data), _, Some(rows)) => {
-                        // Parameters that F does not depend on have no row to write.
-                        if rows.columns.len() < m {
-                            data.fill(0.0);
-                        }
-                        Want::Parameters { x, leaves, rows, q: Columns { data, stride: m } }
-                    }
-                    _ => Want::Gradient { x, leaves },
-                };
-                run(program, uniforms, part, value, want);
-            });
+            sweep.run(target, &mut adjoints, m);
             if let Some(own) = own {
                 spread(&own.value, value, k, c);
                 spread_rows(&own.gradient, gradient, k, c, d);
@@ -150,15 +127,11 @@ impl Field {
                 }
             }
             outputs.chain(&adjoints, gradient, (k, c, d));
-            if let (Some(q), true) = (&mut q, leaves > 0) {
+            if let Some(q) = &mut q {
                 outputs.chain_parameters(&adjoints, q, (k, c, m));
             }
-            if let (Some((rates, rate)), true) = (&mut rate, leaves > 0) {
-                let mut q = vec![0.0; n * free.len()];
-                outputs.chain_parameters(&adjoints, &mut q, (1, 0, free.len()));
-                for (i, row) in q.chunks_exact(free.len().max(1)).enumerate() {
-                    rate[i * k + c] += row.iter().zip(&free).map(|(g, &p)| g * rates[p]).sum::<f64>();
-                }
+            if let Some((_, rate)) = &mut rate {
+                outputs.chain_parameters(&adjoints, rate, (k, c, 1));
             }
         }
         Ok(())
@@ -195,12 +168,72 @@ impl Field {
     }
 }
 
-/// Where the results of one component go.
-struct Target<'a> {
-    value: &'a mut [f64],
-    gradient: &'a mut [f64],
-    rate: Option<&'a mut [f64]>,
-    q: Option<&'a mut [f64]>,
+/// One function with its derivatives at all points, chunk by chunk over the threads.
+pub(super) struct Sweep<'a> {
+    program: &'a Program,
+    uniforms: &'a [f64],
+    batch: Batch<'a>,
+    /// The rates of the uniforms, where some are not 0.
+    rates: Option<Vec<f64>>,
+    /// Where the free parameters go, where the function depends on some.
+    rows: Option<Rows<'a>>,
+}
+
+impl<'a> Sweep<'a> {
+    /// `rates`: of all parameters of the model; `columns`: of each in ∂F/∂q.
+    pub(super) fn new(
+        part: &'a Part,
+        uniforms: &'a [f64],
+        batch: Batch<'a>,
+        rates: Option<&[f64]>,
+        columns: Option<&[Option<usize>]>,
+    ) -> Self {
+        let rates =
+            rates.map(|r| part.tape.uniforms.rates(uniforms, r)).filter(|r| r.iter().any(|v| *v != 0.0));
+        let rows = columns.map(|c| Rows::new(&part.tape.uniforms, c)).filter(|r| !r.columns.is_empty());
+        let program = if rates.is_some() || rows.is_some() {
+            part.everything.get_or_init(|| Program::new(&part.tape, Purpose::Everything))
+        } else {
+            &part.inputs
+        };
+        Self { program, uniforms, batch, rates, rows }
+    }
+
+    /// Fills the target and the adjoints of the leaves; ∂F/∂q has `m` columns.
+    pub(super) fn run(&self, target: Target, adjoints: &mut [f64], m: usize) {
+        let (d, leaves) = (self.batch.axes, self.batch.leaves);
+        chunks(target, adjoints, (d, leaves, m)).into_par_iter().for_each(|chunk| {
+            let Chunk { start, value, gradient, rate, mut q, adjoints } = chunk;
+            let part = self.batch.slice(start, value.len());
+            let x = Columns { data: gradient, stride: d };
+            let leaves = Columns { data: adjoints, stride: leaves };
+            // Parameters that F does not depend on have no row to write.
+            if let Some(q) = &mut q
+                && self.rows.as_ref().is_none_or(|rows| rows.columns.len() < m)
+            {
+                q.fill(0.0);
+            }
+            let want = match (rate, q, &self.rates, &self.rows) {
+                (Some(rate), _, Some(rates), _) => Want::Rate { x, leaves, rates, rate },
+                (_, Some(data), _, Some(rows)) => {
+                    Want::Parameters { x, leaves, rows, q: Columns { data, stride: m } }
+                }
+                (rate, ..) => {
+                    rate.into_iter().for_each(|rate| rate.fill(0.0));
+                    Want::Gradient { x, leaves }
+                }
+            };
+            run(self.program, self.uniforms, part, value, want);
+        });
+    }
+}
+
+/// Where the results of one function go.
+pub(super) struct Target<'a> {
+    pub value: &'a mut [f64],
+    pub gradient: &'a mut [f64],
+    pub rate: Option<&'a mut [f64]>,
+    pub q: Option<&'a mut [f64]>,
 }
 
 /// Columns of one component among several.

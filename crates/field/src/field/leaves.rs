@@ -1,16 +1,18 @@
-//! Opaque leaves: the functions that people pass in. Each is called once for all points, on the calling thread,
+//! Opaque leaves: the functions that people pass in. Each is called for all points at once, on the calling thread,
 //! before the tapes that use its output run on the pool.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::differences::{self, OfParameters, STEP, extent};
+use super::evaluate::{Sweep, Target};
 use super::{CHUNK, Field, Part};
-use crate::kernel::{Batch, Columns, Rows, Want, run};
+use crate::kernel::{Batch, Want, run};
 use crate::model::{Callback, Leaf};
-use crate::program::{Program, Purpose};
 use crate::tape::Tape;
-use crate::{Aabb, FieldError, Graph};
+use crate::{FieldError, Graph};
 
 /// A leaf and how to compute the coordinates it is called at.
 #[derive(Clone)]
@@ -18,6 +20,8 @@ pub(super) struct LeafStage {
     pub name: String,
     pub callback: Arc<dyn Callback>,
     inputs: Vec<Part>,
+    /// The numbers of its own parameters.
+    params: Range<usize>,
 }
 
 impl std::fmt::Debug for LeafStage {
@@ -29,12 +33,13 @@ impl std::fmt::Debug for LeafStage {
 impl LeafStage {
     pub(super) fn new(graph: &Graph, leaf: &Leaf) -> Self {
         let inputs = leaf.inputs.iter().map(|&n| Part::new(Tape::new(graph, n))).collect();
-        Self { name: leaf.name.clone(), callback: leaf.callback.clone(), inputs }
+        Self { name: leaf.name.clone(), callback: leaf.callback.clone(), inputs, params: leaf.params.clone() }
     }
 }
 
 /// What the leaves answered: (n, L) values, and their derivatives with respect to the field's coordinates
-/// (n, L, d) and, where they are wanted, to its free parameters (n, L, m): those that move where a leaf is called.
+/// (n, L, d) and, where they are wanted, to its free parameters (n, L, m) or to time (n, L, 1): through where a leaf is
+/// called, and through the leaf's own parameters.
 #[derive(Default)]
 pub(super) struct LeafOutputs {
     pub value: Vec<f64>,
@@ -54,6 +59,19 @@ pub(super) enum Slopes<'a> {
         columns: &'a [Option<usize>],
         count: usize,
     },
+    /// And to time, where each parameter of the model has this rate.
+    Rate(&'a [f64]),
+}
+
+impl Slopes<'_> {
+    /// Numbers a point and leaf besides those for the coordinates.
+    fn width(self) -> usize {
+        match self {
+            Slopes::None | Slopes::Points => 0,
+            Slopes::Parameters { count, .. } => count,
+            Slopes::Rate(_) => 1,
+        }
+    }
 }
 
 impl LeafOutputs {
@@ -62,7 +80,7 @@ impl LeafOutputs {
         self.add_products(adjoints, &self.gradient, gradient, shape);
     }
 
-    /// Adds (∂F/∂leaf)(∂leaf/∂q) to component `c` of ∂F/∂q: (n, k, m).
+    /// Adds (∂F/∂leaf)(∂leaf/∂q) to component `c` of ∂F/∂q: (n, k, m), or of the rate: (n, k, 1).
     pub(super) fn chain_parameters(&self, adjoints: &[f64], q: &mut [f64], shape: (usize, usize, usize)) {
         self.add_products(adjoints, &self.parameters, q, shape);
     }
@@ -90,94 +108,60 @@ impl LeafOutputs {
 
 /// (n, width) from the gradients (n, 3) at a leaf's coordinates, given those coordinates' derivatives: into leaf `l`
 /// of (n, L, width).
-fn through_coordinates(
+fn through_coordinates<'a>(
     gradient: &[[f64; 3]],
-    jacobian: &[Vec<f64>],
+    jacobian: impl Iterator<Item = &'a Vec<f64>> + Clone,
     out: &mut [f64],
     (count, l, width): (usize, usize, usize),
 ) {
     for (j, g) in gradient.iter().enumerate() {
         for a in 0..width {
             out[(j * count + l) * width + a] =
-                jacobian.iter().zip(g).map(|(column, g)| g * column[j * width + a]).sum();
+                jacobian.clone().zip(g).map(|(column, g)| g * column[j * width + a]).sum();
         }
     }
 }
 
-/// Step of a central difference, relative to the extent of the points: the cube root of the rounding error.
-const STEP: f64 = 6e-6;
-
-/// The length that differences are relative to.
-fn extent(points: &[[f64; 3]], bounds: Option<Aabb>) -> f64 {
-    let diagonal = bounds.or_else(|| Aabb::around(points)).map_or(0.0, |b| b.diagonal());
-    let size = points.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
-    let length = if diagonal > 0.0 { diagonal } else { size };
-    if length > 0.0 && length.is_finite() { length } else { 1.0 }
+/// One of a leaf's coordinates at each point: its values (n), and as far as they are wanted its derivatives with
+/// respect to the field's coordinates (n, d) and to parameters (n, width).
+struct Coordinate {
+    value: Vec<f64>,
+    slope: Vec<f64>,
+    movement: Vec<f64>,
 }
 
-/// F and its gradient by central differences, in one call of the function.
-fn differences(
-    leaf: &LeafStage,
-    points: &[[f64; 3]],
-    value: &mut [f64],
-    gradient: &mut [[f64; 3]],
-) -> Result<(), FieldError> {
-    let n = points.len();
-    let h = STEP * extent(points, leaf.callback.bounds());
-    let mut all = Vec::with_capacity(7 * n);
-    all.extend_from_slice(points);
-    for axis in 0..3 {
-        for side in [h, -h] {
-            all.extend(points.iter().map(|p| {
-                let mut p = *p;
-                p[axis] += side;
-                p
-            }));
+impl Coordinate {
+    /// `before` are the leaves that this coordinate may depend on.
+    fn new(part: &Part, params: &[f64], batch: &Batch, wanted: Slopes, before: &LeafOutputs) -> Self {
+        let (n, d, leaves, width) = (batch.len(), batch.axes, batch.leaves, wanted.width());
+        let uniforms = part.tape.uniforms.evaluate(params);
+        let mut value = vec![0.0; n];
+        if let Slopes::None = wanted {
+            value.par_chunks_mut(CHUNK).enumerate().for_each(|(k, v)| {
+                run(&part.value, &uniforms, batch.slice(k * CHUNK, v.len()), v, Want::Value);
+            });
+            return Self { value, slope: Vec::new(), movement: Vec::new() };
         }
+        let (mut slope, mut movement) = (vec![0.0; n * d], vec![0.0; n * width]);
+        let mut adjoints = vec![0.0; n * leaves];
+        let (rates, columns) = match wanted {
+            Slopes::Rate(rates) => (Some(rates), None),
+            Slopes::Parameters { columns, count } if count > 0 => (None, Some(columns)),
+            _ => (None, None),
+        };
+        let (rate, q) =
+            if rates.is_some() { (Some(&mut movement[..]), None) } else { (None, Some(&mut movement[..])) };
+        let target = Target { value: &mut value, gradient: &mut slope, rate, q: q.filter(|q| !q.is_empty()) };
+        Sweep::new(part, &uniforms, *batch, rates, columns).run(target, &mut adjoints, width);
+        before.chain(&adjoints, &mut slope, (1, 0, d));
+        before.chain_parameters(&adjoints, &mut movement, (1, 0, width));
+        Self { value, slope, movement }
     }
-    let mut values = vec![0.0; 7 * n];
-    leaf.callback.value(&all, &mut values)?;
-    value.copy_from_slice(&values[..n]);
-    for axis in 0..3 {
-        let (ahead, behind) = ((1 + 2 * axis) * n, (2 + 2 * axis) * n);
-        for i in 0..n {
-            // The step that was really taken, after rounding.
-            let step = all[ahead + i][axis] - all[behind + i][axis];
-            gradient[i][axis] = (values[ahead + i] - values[behind + i]) / step;
-        }
-    }
-    Ok(())
-}
-
-/// The derivatives of one of a leaf's coordinates with respect to the free parameters: (n, m).
-fn coordinate_parameters(
-    part: &Part,
-    uniforms: &[f64],
-    batch: &Batch,
-    columns: &[Option<usize>],
-    m: usize,
-) -> Vec<f64> {
-    let (n, d, leaves) = (batch.len(), batch.axes, batch.leaves);
-    let mut q = vec![0.0; n * m];
-    let rows = Rows::new(&part.tape.uniforms, columns);
-    if rows.columns.is_empty() {
-        return q;
-    }
-    let program = Program::new(&part.tape, Purpose::Everything);
-    q.par_chunks_mut(CHUNK * m).enumerate().for_each(|(k, data)| {
-        let points = batch.slice(k * CHUNK, data.len() / m);
-        let n = points.len();
-        let (mut value, mut x, mut adjoints) = (vec![0.0; n], vec![0.0; n * d], vec![0.0; n * leaves]);
-        let x = Columns { data: &mut x, stride: d };
-        let leaves = Columns { data: &mut adjoints, stride: leaves };
-        let q = Columns { data, stride: m };
-        run(&program, uniforms, points, &mut value, Want::Parameters { x, leaves, rows: &rows, q });
-    });
-    q
 }
 
 impl Field {
-    /// Calls every leaf once for all points.
+    /// Calls every leaf for all points: once, and where it does not know the derivatives that are wanted as often as
+    /// differences need.
     pub(super) fn leaf_outputs(
         &self,
         points: &[f64],
@@ -185,78 +169,75 @@ impl Field {
         wanted: Slopes,
     ) -> Result<LeafOutputs, FieldError> {
         let (leaves, d) = (&self.compiled.leaves, self.axes());
-        let n = points.len() / stride;
-        let count = leaves.len();
+        let (n, count, width) = (points.len() / stride, leaves.len(), wanted.width());
         let mut out = LeafOutputs { leaves: count, ..Default::default() };
         if count == 0 {
             return Ok(out);
         }
         let slopes = !matches!(wanted, Slopes::None);
-        let (columns, m) = match wanted {
-            Slopes::Parameters { columns, count } => (Some(columns), count),
-            _ => (None, 0),
-        };
-        out.parameters = vec![0.0; n * count * m];
         out.value = vec![0.0; n * count];
         out.gradient = vec![0.0; if slopes { n * count * d } else { 0 }];
+        out.parameters = vec![0.0; n * count * width];
+        let params: Vec<f64> = self.params.iter().map(|p| p.value).collect();
         for (l, leaf) in leaves.iter().enumerate() {
-            let mut at = vec![[0.0; 3]; n];
-            // ∂(coordinate i)/∂x, (n, d) for each i.
-            let mut jacobian: Vec<Vec<f64>> = Vec::new();
-            // ∂(coordinate i)/∂q, (n, m) for each i.
-            let mut movement: Vec<Vec<f64>> = Vec::new();
-            for (i, part) in leaf.inputs.iter().enumerate() {
-                let uniforms =
-                    part.tape.uniforms.evaluate(&self.params.iter().map(|p| p.value).collect::<Vec<_>>());
-                let batch = Batch { points, stride, axes: d, outputs: &out.value, leaves: count };
-                let mut column = vec![0.0; n];
-                let mut slope = vec![0.0; if slopes { n * d } else { 0 }];
-                let mut adjoints = vec![0.0; if slopes { n * count } else { 0 }];
-                if slopes {
-                    let parts = column.par_chunks_mut(CHUNK).zip(slope.par_chunks_mut(CHUNK * d));
-                    parts.zip(adjoints.par_chunks_mut(CHUNK * count)).enumerate().for_each(
-                        |(k, ((v, x), a))| {
-                            let x = Columns { data: x, stride: d };
-                            let leaves = Columns { data: a, stride: count };
-                            let points = batch.slice(k * CHUNK, v.len());
-                            run(&part.inputs, &uniforms, points, v, Want::Gradient { x, leaves });
-                        },
-                    );
-                    out.chain(&adjoints, &mut slope, (1, 0, d));
-                    jacobian.push(slope);
-                    if let (Some(columns), true) = (columns, m > 0) {
-                        let mut q = coordinate_parameters(part, &uniforms, &batch, columns, m);
-                        out.chain_parameters(&adjoints, &mut q, (1, 0, m));
-                        movement.push(q);
-                    }
-                } else {
-                    column.par_chunks_mut(CHUNK).enumerate().for_each(|(k, v)| {
-                        run(&part.value, &uniforms, batch.slice(k * CHUNK, v.len()), v, Want::Value);
-                    });
-                }
-                for (p, v) in at.iter_mut().zip(&column) {
-                    p[i] = *v;
-                }
-            }
+            let batch = Batch { points, stride, axes: d, outputs: &out.value, leaves: count };
+            let inputs: Vec<Coordinate> =
+                leaf.inputs.iter().map(|part| Coordinate::new(part, &params, &batch, wanted, &out)).collect();
+            let at: Vec<[f64; 3]> = (0..n).map(|j| std::array::from_fn(|i| inputs[i].value[j])).collect();
+            let q = &params[leaf.params.clone()];
             let mut value = vec![0.0; n];
             if slopes {
                 let mut gradient = vec![[0.0; 3]; n];
-                match leaf.callback.value_gradient(&at, &mut value, &mut gradient) {
+                match leaf.callback.value_gradient(&at, q, &mut value, &mut gradient) {
                     Some(result) => result?,
-                    None => differences(leaf, &at, &mut value, &mut gradient)?,
+                    None => differences::gradient(&*leaf.callback, &at, q, &mut value, &mut gradient)?,
                 }
-                through_coordinates(&gradient, &jacobian, &mut out.gradient, (count, l, d));
-                if m > 0 {
-                    through_coordinates(&gradient, &movement, &mut out.parameters, (count, l, m));
-                }
+                let slope = inputs.iter().map(|c| &c.slope);
+                through_coordinates(&gradient, slope, &mut out.gradient, (count, l, d));
+                let movement = inputs.iter().map(|c| &c.movement);
+                through_coordinates(&gradient, movement, &mut out.parameters, (count, l, width));
+                self.own_slopes(leaf, &at, &value, wanted, |j, column, slope| {
+                    out.parameters[(j * count + l) * width + column] += slope;
+                })?;
             } else {
-                leaf.callback.value(&at, &mut value)?;
+                leaf.callback.value(&at, q, &mut value)?;
             }
             for (j, v) in value.iter().enumerate() {
                 out.value[j * count + l] = *v;
             }
         }
         Ok(out)
+    }
+
+    /// The derivatives of a leaf with respect to its own parameters, called `add(point, column, slope)`.
+    fn own_slopes(
+        &self,
+        leaf: &LeafStage,
+        points: &[[f64; 3]],
+        value: &[f64],
+        wanted: Slopes,
+        mut add: impl FnMut(usize, usize, f64),
+    ) -> Result<(), FieldError> {
+        let own = leaf.params.clone();
+        let function =
+            OfParameters { callback: &*leaf.callback, points, params: &self.params[own.clone()], value };
+        match wanted {
+            Slopes::None | Slopes::Points => {}
+            Slopes::Parameters { columns, .. } => {
+                let columns = &columns[own];
+                let free: Vec<bool> = columns.iter().map(Option::is_some).collect();
+                for (slopes, column) in function.columns(&free)?.iter().zip(columns) {
+                    if let (Some(slopes), Some(column)) = (slopes, *column) {
+                        slopes.iter().enumerate().for_each(|(j, s)| add(j, column, *s));
+                    }
+                }
+            }
+            Slopes::Rate(rates) => {
+                let rate = function.rate(&rates[own])?.unwrap_or_default();
+                rate.iter().enumerate().for_each(|(j, s)| add(j, 0, *s));
+            }
+        }
+        Ok(())
     }
 
     /// Second derivatives by central differences of the gradient.

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod cells;
+mod differences;
 mod evaluate;
 mod intervals;
 mod leaves;

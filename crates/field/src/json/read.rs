@@ -147,8 +147,14 @@ fn node(
     };
     let params: Result<Vec<Param>, _> =
         r.params.into_iter().enumerate().map(|(i, p)| param(k, i, p, models)).collect();
+    let mut params = params?;
+    if let Payload::Callback(function) = &payload {
+        // By name: the function may have come to list them in another order since the file was written.
+        let order = function.parameters();
+        params.sort_by_key(|p| order.iter().position(|o| o.name == p.name).unwrap_or(usize::MAX));
+    }
     let operands: Result<Vec<Model>, _> = r.operands.into_iter().map(|place| refer(models, place)).collect();
-    let m = Model::new(k, params?, operands?, payload)?;
+    let m = Model::new(k, params, operands?, payload)?;
     match r.name {
         Some(name) => m.named(&name),
         None => Ok(m),

@@ -50,6 +50,14 @@ fn params(k: &Kind) -> Value {
             Some(param(json!({ "type": "string", "pattern": "^c(_(x[0-9]+)?(y[0-9]+)?(z[0-9]+)?)?$" }), None))
         }
         Layout::Own => Some(param(json!({ "type": "string" }), None)),
+        Layout::Function => {
+            let mut number = param(json!({ "type": "string" }), None);
+            let place = number["properties"].as_object_mut().and_then(|p| p.remove("expr"));
+            debug_assert!(place.is_some(), "functions take numbers only");
+            number.as_object_mut().and_then(|p| p.remove("oneOf"));
+            number["required"] = json!(["name", "value"]);
+            Some(number)
+        }
     };
     let mut array = json!({ "type": "array", "minItems": fixed.len() });
     match k.layout {
@@ -72,7 +80,9 @@ fn node(k: &Kind) -> Value {
     let mut required = vec!["kind"];
     if !k.params.is_empty() || k.layout != Layout::Fixed {
         properties["params"] = params(k);
-        required.push("params");
+        if k.layout != Layout::Function {
+            required.push("params");
+        }
     }
     let (least, most) = match k.operands {
         Operands::Exactly(n) => (n, Some(n)),

@@ -94,6 +94,8 @@ pub enum Layout {
     Monomials,
     /// One, with a name of its own.
     Own,
+    /// Those of its function, with names of their own: see [`super::Callback::parameters`].
+    Function,
 }
 
 /// How many operands a node has.

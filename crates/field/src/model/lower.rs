@@ -114,8 +114,10 @@ impl Lower {
             unreachable!("checked when the node was made")
         };
         let output = self.graph.axis(MAX_AXES + self.leaves.len());
+        let first = self.places.first(c.model);
+        let params = first..first + c.model.params().len();
         let name = c.model.name().unwrap_or(callback.name()).to_string();
-        self.leaves.push(Leaf { callback: callback.clone(), inputs: c.at.to_vec(), name });
+        self.leaves.push(Leaf { callback: callback.clone(), inputs: c.at.to_vec(), params, name });
         output
     }
 }

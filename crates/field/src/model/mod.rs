@@ -155,9 +155,9 @@ impl Model {
         Self::new(kinds::known("parameter"), vec![Param::new(name, value)], vec![], Payload::None)
     }
 
-    /// A function of the caller's.
+    /// A function of the caller's, with its parameters as [`Callback::parameters`] has them.
     pub fn function(callback: Arc<dyn Callback>) -> Result<Self, FieldError> {
-        Self::new(kinds::known("function"), vec![], vec![], Payload::Callback(callback))
+        Self::new(kinds::known("function"), callback.parameters(), vec![], Payload::Callback(callback))
     }
 
     /// The kind.
@@ -263,6 +263,11 @@ fn check(kind: &Kind, params: &[Param], operands: &[Model], payload: &Payload) -
         (Layout::Fixed, Some(n), _) => n == 0,
         (Layout::Groups, Some(n), _) => n % kind.group.len() == 0,
         (Layout::Own, Some(n), _) => n == 1,
+        (Layout::Function, Some(_), Payload::Callback(f)) => match leaf::mismatch(&**f, params) {
+            Some(reason) => return wrong(reason),
+            None => true,
+        },
+        (Layout::Function, ..) => false,
         (Layout::Monomials, Some(n), Payload::Exponents(e)) => n == e.len() && n > 0,
         (Layout::Monomials, ..) => false,
     };
@@ -282,7 +287,7 @@ fn check(kind: &Kind, params: &[Param], operands: &[Model], payload: &Payload) -
     for (i, p) in params.iter().enumerate() {
         check_name(&p.name)?;
         let expected = match (kind.layout, payload) {
-            (Layout::Own, _) => None,
+            (Layout::Own | Layout::Function, _) => None,
             (Layout::Monomials, Payload::Exponents(e)) => Some(kinds::coefficient_name(e[i])),
             _ if i >= fixed => Some(arguments::group_name(kind, i)),
             _ => Some(kind.params[i].name.to_string()),

@@ -205,7 +205,7 @@ pub fn node(
         }
     }
     match kind.layout {
-        Layout::Fixed => {}
+        Layout::Fixed | Layout::Function => {}
         Layout::Own => params.push(Param::new("q", 1.5 - numbers().unwrap_or(0.0))),
         Layout::Groups => {
             let mut all: Vec<Value> = params.iter().map(|p| Value::Number(p.value)).collect();

@@ -15,6 +15,7 @@
 mod agreement;
 mod differences;
 mod generate;
+mod leaves;
 mod ranges;
 mod reference;
 
@@ -23,6 +24,7 @@ pub use differences::{gradient_differences, hessian_differences, parameter_diffe
 pub use generate::{
     BoxAt, Expression, Tree, boxes, each_kind, expressions, node, operations, points, run, scattered, trees,
 };
+pub use leaves::leaves_agree;
 pub use ranges::{cells_keep_zeros, intervals_contain, pruning_keeps};
 pub use reference::{Reference, Sample};
 

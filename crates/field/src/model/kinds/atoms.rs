@@ -71,9 +71,10 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         name: "function",
-        doc: "A function of the caller's, known only by its values.",
-        formula: "f(x, y, z)",
+        doc: "A function of the caller's, known only by its values, with any number of parameters of its own.",
+        formula: "f(x, y, z, q)",
         category: Category::Shape,
+        layout: Layout::Function,
         payload: PayloadKind::Callback,
         build: |l, c| Ok(l.leaf(c)),
         ..STRUCTURE

@@ -22,7 +22,7 @@ fn usage(k: &Kind) -> String {
         Layout::Groups => arguments
             .push(k.group.iter().map(|s| format!("{}0", s.name)).collect::<Vec<_>>().join(", ") + ", …"),
         Layout::Monomials => arguments.push("c=…, c_x1=…, …".into()),
-        Layout::Fixed | Layout::Own => {}
+        Layout::Fixed | Layout::Own | Layout::Function => {}
     }
     format!("{}({})", k.name, arguments.join(", "))
 }

@@ -25,7 +25,8 @@ pub fn at(lowered: &Lowered, p: [f64; 3]) -> (f64, [f64; 3]) {
                 let leaf = &lowered.leaves[k as usize - MAX_AXES];
                 let inputs = [0, 1, 2].map(|a| v[leaf.inputs[a].0 as usize]);
                 let mut out = [0.0];
-                leaf.callback.value(&[inputs], &mut out).unwrap();
+                let q: Vec<f64> = lowered.params[leaf.params.clone()].iter().map(|p| p.value).collect();
+                leaf.callback.value(&[inputs], &q, &mut out).unwrap();
                 out[0]
             }
             Expr::Op(op, [a, b, c]) => apply(op, v[a.0 as usize], v[b.0 as usize], v[c.0 as usize]),
@@ -59,7 +60,7 @@ pub fn model(text: &str) -> Model {
     crate::text::parse(text, &[]).unwrap_or_else(|e| panic!("{text}: {e}"))
 }
 
-/// F = |p|² − 1, as a function known by values only.
+/// F = s (|p|² − r²) with r = s = 1, as a function known by values only.
 pub struct Ball;
 
 impl Callback for Ball {
@@ -67,9 +68,13 @@ impl Callback for Ball {
         "ball"
     }
 
-    fn value(&self, points: &[[f64; 3]], value: &mut [f64]) -> Result<(), FieldError> {
+    fn parameters(&self) -> Vec<Param> {
+        vec![Param::new("r", 1.0), Param::new("s", 1.0)]
+    }
+
+    fn value(&self, points: &[[f64; 3]], q: &[f64], value: &mut [f64]) -> Result<(), FieldError> {
         for (p, v) in points.iter().zip(value) {
-            *v = p.iter().map(|c| c * c).sum::<f64>() - 1.0;
+            *v = q[1] * (p.iter().map(|c| c * c).sum::<f64>() - q[0] * q[0]);
         }
         Ok(())
     }
@@ -105,6 +110,7 @@ pub fn one_of_each() -> Vec<Model> {
         };
         match k.layout {
             Layout::Fixed => {}
+            Layout::Function => params = Ball.parameters(),
             Layout::Own => params.push(Param::new("q", 1.5)),
             Layout::Groups => {
                 let numbers = params.iter().map(|p| Value::Number(p.value));

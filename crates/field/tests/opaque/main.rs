@@ -1,5 +1,7 @@
 //! Opaque leaves: functions of the caller's.
 
+mod parameters;
+
 use std::sync::{Arc, Mutex};
 use std::thread::ThreadId;
 
@@ -33,7 +35,7 @@ impl Callback for Noted {
         "noted"
     }
 
-    fn value(&self, points: &[[f64; 3]], value: &mut [f64]) -> Result<(), FieldError> {
+    fn value(&self, points: &[[f64; 3]], _: &[f64], value: &mut [f64]) -> Result<(), FieldError> {
         self.calls.lock().unwrap().push((std::thread::current().id(), points.len()));
         for (v, p) in value.iter_mut().zip(points) {
             *v = (self.value)(*p);
@@ -44,6 +46,7 @@ impl Callback for Noted {
     fn value_gradient(
         &self,
         points: &[[f64; 3]],
+        q: &[f64],
         value: &mut [f64],
         gradient: &mut [[f64; 3]],
     ) -> Option<Result<(), FieldError>> {
@@ -51,7 +54,7 @@ impl Callback for Noted {
         for (g, p) in gradient.iter_mut().zip(points) {
             *g = slopes(*p);
         }
-        Some(self.value(points, value))
+        Some(self.value(points, q, value))
     }
 
     fn bounds(&self) -> Option<Aabb> {
@@ -202,7 +205,7 @@ fn the_function_s_own_message_comes_back() {
         fn name(&self) -> &str {
             "broken"
         }
-        fn value(&self, _: &[[f64; 3]], _: &mut [f64]) -> Result<(), FieldError> {
+        fn value(&self, _: &[[f64; 3]], _: &[f64], _: &mut [f64]) -> Result<(), FieldError> {
             Err(FieldError::Callback { name: "broken".into(), reason: "out of cheese".into() })
         }
     }
