@@ -11,7 +11,7 @@ use crate::scene::{Progress, ProgressFn, Scene};
 use crate::{Along, Command, DragReport, Ending, Error, Hand, PinRef, Settings};
 
 /// Steps after letting go.
-const SETTLING: usize = 8;
+const SETTLING: usize = 20;
 /// A pin may be given at most this part of the model's size off the surface.
 const FAR: f64 = 0.1;
 /// A drag has arrived within this part of the model's size.
