@@ -182,7 +182,7 @@ pub(crate) enum Reach<'a> {
 }
 
 /// For each particle the others that it interacts with. Memory: 8 bytes a particle and 4 bytes a pair and side.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub(crate) struct Neighbors {
     span: Vec<(u32, u32)>,
     other: Vec<u32>,

@@ -1,5 +1,7 @@
 //! Repulsion between floaters with radii of their own (WH94 section 4.3).
 
+use std::sync::Arc;
+
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -23,9 +25,9 @@ pub(super) struct Force {
 }
 
 /// Lists of neighbours that serve for several steps: they reach a little farther than the forces.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Kept {
-    lists: Neighbors,
+    lists: Arc<Neighbors>,
     points: Vec<V3>,
     /// How far each list reaches; one number where all reach equally far.
     reach: Vec<f64>,
@@ -35,6 +37,12 @@ pub(super) struct Kept {
 const SKIN: f64 = 1.3;
 /// Radii that differ by less share one reach, which is faster to find.
 const ALIKE: f64 = 2.0;
+
+impl std::fmt::Debug for Kept {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Kept({} lists)", self.points.len())
+    }
+}
 
 impl Kept {
     fn new(points: &[V3], normals: &[V3], sigma: &[f64]) -> Self {
@@ -49,7 +57,7 @@ impl Kept {
             let lists = Neighbors::find(points, Reach::Each(&reach), keep);
             (reach, lists)
         };
-        Self { lists, points: points.to_vec(), reach }
+        Self { lists: Arc::new(lists), points: points.to_vec(), reach }
     }
 
     /// Whether no two floaters that were out of reach can act on each other by now.
