@@ -11,7 +11,7 @@ use crate::scene::{Progress, ProgressFn, Scene};
 use crate::{Along, Command, DragReport, Ending, Error, Hand, PinRef, Settings};
 
 /// Steps after letting go.
-const SETTLING: usize = 8;
+const SETTLING: usize = 20;
 /// A pin may be given at most this part of the model's size off the surface.
 const FAR: f64 = 0.1;
 /// A drag has arrived within this part of the model's size.
@@ -380,9 +380,8 @@ impl Scene {
         if self.now.hold.is_some() {
             self.release(Ending::Released)?;
         }
-        let (from, to) =
-            if undo { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
-        let Some(state) = from.pop() else {
+        let from = if undo { &self.undo } else { &self.redo };
+        let Some(state) = from.last().cloned() else {
             let what = if undo {
                 "there is nothing to undo: this is where the scene began"
             } else {
@@ -390,10 +389,14 @@ impl Scene {
             };
             return Err(Error::Nothing(what.into()));
         };
-        to.push(std::mem::replace(&mut self.now.state, state));
-        let bounds = self.now.state.bounds;
+        let bounds = state.bounds;
+        let was = std::mem::replace(&mut self.now.state, state);
         self.resettle("going back")?;
         self.now.state.bounds = bounds;
+        let (from, to) =
+            if undo { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
+        from.pop();
+        to.push(was);
         Ok(Change { model: true, parameters: true, ..Change::default() })
     }
 }

@@ -82,6 +82,8 @@ pub struct Scene {
     pub(crate) now: Now,
     pub(crate) undo: Vec<State>,
     pub(crate) redo: Vec<State>,
+    /// What could be redone until the command under way: back if it fails.
+    undone: Vec<State>,
     pub(crate) log: Vec<Entry>,
     pub(crate) functions: HashMap<String, Arc<dyn Callback>>,
 }
@@ -125,8 +127,14 @@ impl Scene {
         };
         let state = State { field, pins: Vec::new(), next_pin: 0, settings, rest: None, bounds };
         let now = Now { state, swarm, clock: 0, hold: None, metric: Metric::stale(), rested: true };
-        let mut scene =
-            Self { now, undo: Vec::new(), redo: Vec::new(), log: Vec::new(), functions: HashMap::new() };
+        let mut scene = Self {
+            now,
+            undo: Vec::new(),
+            redo: Vec::new(),
+            undone: Vec::new(),
+            log: Vec::new(),
+            functions: HashMap::new(),
+        };
         scene.learn_functions(model);
         Ok(scene)
     }
@@ -199,14 +207,22 @@ impl Scene {
     /// The same, with progress once a step.
     pub fn apply_with(&mut self, command: Command, progress: &mut ProgressFn<'_>) -> Result<Change, Error> {
         let before = self.now.clone();
-        let history = (self.undo.clone(), self.redo.clone());
+        let past = self.undo.len();
         let entry = Entry { at: Some(self.now.clock), command: command.clone() };
         let result = self.carry_out(command, progress);
         match &result {
-            Ok(_) => self.log.push(entry),
+            Ok(_) => {
+                self.log.push(entry);
+                let beyond = self.undo.len().saturating_sub(UNDO_DEPTH);
+                self.undo.drain(..beyond);
+                self.undone.clear();
+            }
             Err(_) => {
                 self.now = before;
-                (self.undo, self.redo) = history;
+                self.undo.truncate(past);
+                if !self.undone.is_empty() {
+                    self.redo = std::mem::take(&mut self.undone);
+                }
             }
         }
         result
@@ -257,11 +273,10 @@ impl Scene {
 
     /// Keeps the present state for undo.
     pub(crate) fn remember(&mut self) {
-        if self.undo.len() == UNDO_DEPTH {
-            self.undo.remove(0);
-        }
         self.undo.push(self.now.state.clone());
-        self.redo.clear();
+        if !self.redo.is_empty() {
+            self.undone = std::mem::take(&mut self.redo);
+        }
     }
 
     /// The number of a pin.

@@ -1,11 +1,14 @@
 //! Repulsion between floaters with radii of their own (WH94 section 4.3).
 
+use std::sync::Arc;
+
+use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::kernel::gauss;
 use crate::neighbors::{Neighbors, Reach};
 use crate::swarm::same_sheet;
-use crate::vector::{V3, along, dot, sub};
+use crate::vector::{V3, dot, sub};
 
 /// Energies are cut off at this many σ: exp(-8) of their peak.
 const CUTOFF: f64 = 4.0;
@@ -21,42 +24,165 @@ pub(super) struct Force {
     pub(super) energy_by_sigma: f64,
 }
 
-/// α exp(-d²/2σ²), cut off.
-fn energy(alpha: f64, d2: f64, sigma: f64) -> f64 {
-    let u = 0.5 * d2 / (sigma * sigma);
-    if u > 0.5 * CUTOFF * CUTOFF { 0.0 } else { alpha * gauss(u) }
+/// Lists of neighbours that serve for several steps: they reach a little farther than the forces.
+#[derive(Clone)]
+pub(super) struct Kept {
+    lists: Arc<Neighbors>,
+    points: Vec<V3>,
+    /// How far each list reaches; one number where all reach equally far.
+    reach: Vec<f64>,
 }
 
-/// Forces on all floaters. The sums exclude the floater itself and those on other sheets of the surface.
-pub(super) fn forces(points: &[V3], normals: &[V3], sigma: &[f64], alpha: f64) -> Vec<Force> {
-    let reach: Vec<f64> = sigma.iter().map(|s| CUTOFF * s).collect();
-    let keep = |i: usize, j: usize| same_sheet(points[i], points[j], normals[i], normals[j]);
-    let lists = Neighbors::find(points, Reach::Each(&reach), keep);
-    (0..points.len())
-        .into_par_iter()
-        .with_min_len(64)
-        .map(|i| {
-            let (own, mut force) = (sigma[i], Force::default());
-            for &j in lists.of(i) {
-                let j = j as usize;
-                let r = sub(points[i], points[j]);
-                let d2 = dot(r, r);
-                let (ij, ji) = (energy(alpha, d2, own), energy(alpha, d2, sigma[j]));
-                // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
-                let ratio = own / sigma[j];
-                force.desired = along(force.desired, ij + ratio * ratio * ji, r);
-                force.energy += ij;
-                force.energy_by_sigma += d2 * ij;
+/// How much farther lists reach than the forces.
+const SKIN: f64 = 1.3;
+/// Radii that differ by less share one reach, which is faster to find.
+const ALIKE: f64 = 2.0;
+
+impl std::fmt::Debug for Kept {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Kept({} lists)", self.points.len())
+    }
+}
+
+impl Kept {
+    fn new(points: &[V3], normals: &[V3], sigma: &[f64]) -> Self {
+        let keep = |i: usize, j: usize| same_sheet(points[i], points[j], normals[i], normals[j]);
+        let largest = sigma.iter().fold(0.0f64, |a, &b| a.max(b));
+        let mean = sigma.iter().sum::<f64>() / sigma.len().max(1) as f64;
+        let (reach, lists) = if largest <= ALIKE * mean {
+            let reach = SKIN * CUTOFF * largest;
+            (vec![reach], Neighbors::find(points, Reach::Same(reach), keep))
+        } else {
+            let reach: Vec<f64> = sigma.iter().map(|s| SKIN * CUTOFF * s).collect();
+            let lists = Neighbors::find(points, Reach::Each(&reach), keep);
+            (reach, lists)
+        };
+        Self { lists: Arc::new(lists), points: points.to_vec(), reach }
+    }
+
+    /// Whether no two floaters that were out of reach can act on each other by now.
+    fn serves(&self, points: &[V3], sigma: &[f64]) -> bool {
+        if points.len() != self.points.len() {
+            return false;
+        }
+        let far = |(p, q): (&V3, &V3)| {
+            let r = sub(*p, *q);
+            dot(r, r)
+        };
+        let moved = points.iter().zip(&self.points).map(far).fold(0.0, f64::max).sqrt();
+        let reach = |i: usize| if self.reach.len() == 1 { self.reach[0] } else { self.reach[i] };
+        sigma.iter().enumerate().all(|(i, s)| CUTOFF * s + 2.0 * moved <= reach(i))
+    }
+}
+
+/// Forces on all floaters. The sums exclude the floater itself and those on other sheets of the surface. `kept` holds the lists from
+/// step to step; it must be emptied when floaters come or go.
+pub(super) fn forces(
+    points: &[V3],
+    normals: &[V3],
+    sigma: &[f64],
+    alpha: f64,
+    kept: &mut Option<Kept>,
+) -> Vec<Force> {
+    if !kept.as_ref().is_some_and(|k| k.serves(points, sigma)) {
+        *kept = Some(Kept::new(points, normals, sigma));
+    }
+    let lists = &kept.as_ref().expect("made above").lists;
+    let inverse: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
+    let mut force = vec![Force::default(); points.len()];
+    let arch = Arch::new();
+    force.par_chunks_mut(CHUNK).enumerate().for_each(|(c, force)| {
+        arch.dispatch(Sums { first: c * CHUNK, force, points, sigma, inverse: &inverse, alpha, lists });
+    });
+    force
+}
+
+/// Floaters that one task handles.
+const CHUNK: usize = 1024;
+/// Pairs that are evaluated together: a fixed number, so that no vector width changes a sum.
+const LANES: usize = 16;
+
+/// The sums over the neighbours of some floaters.
+struct Sums<'a> {
+    first: usize,
+    force: &'a mut [Force],
+    points: &'a [V3],
+    sigma: &'a [f64],
+    /// 1/σ²
+    inverse: &'a [f64],
+    alpha: f64,
+    lists: &'a Neighbors,
+}
+
+impl pulp::NullaryFnOnce for Sums<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { first, force, points, sigma, inverse, alpha, lists } = self;
+        for (k, force) in force.iter_mut().enumerate() {
+            let i = first + k;
+            let (p, own) = (points[i], inverse[i]);
+            let (mut sum, mut energy, mut slope) = ([[0.0; LANES]; 3], [0.0; LANES], [0.0; LANES]);
+            for some in lists.of(i).chunks(LANES) {
+                let (mut r, mut other) = ([[0.0; LANES]; 3], [own; LANES]);
+                // Lanes without a neighbour are out of reach.
+                let mut d2 = [f64::MAX; LANES];
+                for (l, &j) in some.iter().enumerate() {
+                    let (q, j) = (points[j as usize], j as usize);
+                    (r[0][l], r[1][l], r[2][l]) = (p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+                    d2[l] = r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l];
+                    other[l] = inverse[j];
+                }
+                for l in 0..LANES {
+                    let (ij, ji) = (pair_energy(alpha, d2[l], own), pair_energy(alpha, d2[l], other[l]));
+                    // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
+                    let push = ij + ji * other[l] / own;
+                    sum[0][l] += push * r[0][l];
+                    sum[1][l] += push * r[1][l];
+                    sum[2][l] += push * r[2][l];
+                    energy[l] += ij;
+                    slope[l] += if ij > 0.0 { d2[l] * ij } else { 0.0 };
+                }
             }
-            force.energy_by_sigma /= own * own * own;
-            force
-        })
-        .collect()
+            *force = Force {
+                desired: [total(sum[0]), total(sum[1]), total(sum[2])],
+                energy: total(energy),
+                energy_by_sigma: total(slope) / (sigma[i] * sigma[i] * sigma[i]),
+            };
+        }
+    }
+}
+
+/// α exp(-d²/2σ²), cut off.
+#[inline(always)]
+fn pair_energy(alpha: f64, d2: f64, inverse: f64) -> f64 {
+    const END: f64 = 0.5 * CUTOFF * CUTOFF;
+    let u = 0.5 * d2 * inverse;
+    let e = alpha * gauss(u.min(END));
+    if u > END { 0.0 } else { e }
+}
+
+/// The sum of the lanes, in a fixed order.
+#[inline(always)]
+fn total(mut s: [f64; LANES]) -> f64 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for l in 0..half {
+            s[l] += s[l + half];
+        }
+        half /= 2;
+    }
+    s[0]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn energy(alpha: f64, d2: f64, sigma: f64) -> f64 {
+        pair_energy(alpha, d2, 1.0 / (sigma * sigma))
+    }
     use crate::rng::{Rng, Stream};
 
     /// E^i = Σ_j (E^ij + E^ji).
@@ -75,7 +201,7 @@ mod tests {
         let rng = Rng::new(4, Stream::Jitter);
         let points: Vec<V3> = (0..40).map(|i| [0, 1, 2].map(|a| rng.unit(3 * i + a))).collect();
         let sigma: Vec<f64> = (0..40).map(|i| 0.15 + 0.2 * rng.unit(1000 + i)).collect();
-        let force = forces(&points, &[[0.0; 3]; 40], &sigma, 6.0);
+        let force = forces(&points, &[[0.0; 3]; 40], &sigma, 6.0, &mut None);
         let h = 1e-6;
         for i in 0..40 {
             for a in 0..3 {

@@ -15,7 +15,7 @@ use crate::constraint::{Target, Walls, evaluate, floater_velocity, project};
 use crate::neighbors::Grid;
 use crate::rng::{Rng, Stream};
 use crate::vector::{V3, add, along, norm, scale, sub, unit};
-use forces::{Force, forces};
+use forces::{Force, Kept, forces};
 
 /// The constants of WH94 section 5; lengths in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +67,7 @@ impl Parameters {
 }
 
 /// One floater per row.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Floaters {
     /// Positions p^i.
     pub points: Vec<[f64; 3]>,
@@ -83,7 +83,23 @@ pub struct Floaters {
     pub id: Vec<u64>,
     next_id: u64,
     steps: u64,
+    /// Who is near whom; made when needed.
+    kept: Option<Kept>,
 }
+
+impl PartialEq for Floaters {
+    fn eq(&self, other: &Self) -> bool {
+        let columns = |f: &Self| (f.next_id, f.steps, f.id == other.id, f.points == other.points);
+        columns(self) == columns(other)
+            && self.normals == other.normals
+            && self.sigma == other.sigma
+            && self.velocity == other.velocity
+            && self.energy == other.energy
+    }
+}
+
+/// A step of more than this part of the radius is followed by Newton steps.
+const FAR_STEP: f64 = 0.1;
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,6 +123,7 @@ impl Floaters {
             id: (0..n as u64).collect(),
             next_id: n as u64,
             steps: 0,
+            kept: None,
         }
     }
 
@@ -144,7 +161,7 @@ impl Floaters {
         let least = 1e-9 * mean_length(&gradient);
 
         // Repulsion forces between floaters set their desired velocities P^i (eq. 9).
-        let force = forces(&self.points, &self.normals, &self.sigma, p.alpha);
+        let force = forces(&self.points, &self.normals, &self.sigma, p.alpha, &mut self.kept);
 
         // Actual velocities, constrained by the surface and its motion (eq. 5). Where the gradient vanishes the
         // surface is ill-defined and a floater rests. A step does not exceed σ̂ or σ^i, whichever is larger.
@@ -176,6 +193,8 @@ impl Floaters {
         Ok(happened)
     }
 
+    /// Newton steps after Euler's. Where the feedback was a whole Newton step itself (φΔt = 1), only those that have moved so far
+    /// that the surface may have curved away: the others are corrected by the next step's feedback.
     fn project(
         &mut self,
         surface: &dyn Surface,
@@ -190,7 +209,21 @@ impl Floaters {
             least,
             rounds: 3,
         };
-        project(surface, evaluations, walls, &mut self.points, &mut self.normals, target)?;
+        if (p.phi * p.dt - 1.0).abs() > 1e-9 {
+            project(surface, evaluations, walls, &mut self.points, &mut self.normals, target)?;
+            return Ok(());
+        }
+        let far = |i: &usize| norm(self.velocity[*i]) * p.dt > FAR_STEP * self.sigma[*i];
+        let movers: Vec<usize> = (0..self.len()).filter(far).collect();
+        if movers.is_empty() {
+            return Ok(());
+        }
+        let mut points: Vec<V3> = movers.iter().map(|&i| self.points[i]).collect();
+        let mut normals: Vec<V3> = movers.iter().map(|&i| self.normals[i]).collect();
+        project(surface, evaluations, walls, &mut points, &mut normals, target)?;
+        for (k, &i) in movers.iter().enumerate() {
+            (self.points[i], self.normals[i]) = (points[k], normals[k]);
+        }
         Ok(())
     }
 
@@ -204,6 +237,13 @@ impl Floaters {
         least: f64,
         evaluations: &mut u64,
     ) -> Result<Happened, Error> {
+        let close = |i: usize| {
+            let s = self.sigma[i];
+            s < p.delta * p.sigma_hat || s > p.sigma_hat || s >= p.sigma_max
+        };
+        if !(0..self.len()).any(close) {
+            return Ok(Happened::default());
+        }
         let chance = Rng::new(seed, Stream::Death).child(self.steps);
         let way = Rng::new(seed, Stream::Fission).child(self.steps);
         let (mut next, mut children) = (Self { next_id: self.next_id, ..Self::default() }, Vec::new());
@@ -252,6 +292,9 @@ impl Floaters {
             next.normals[at] = normals[k];
         }
         next.steps = self.steps;
+        if happened == Happened::default() {
+            next.kept = self.kept.take();
+        }
         *self = next;
         Ok(happened)
     }
@@ -283,6 +326,7 @@ impl Floaters {
             let mut free = true;
             grid.near(p, apart, |j| free &= norm(sub(p, present[j as usize])) > apart);
             if free {
+                self.kept = None;
                 let id = self.next_id;
                 self.next_id += 1;
                 self.push(p, [0.0; 3], sigma, 0.0, id);
