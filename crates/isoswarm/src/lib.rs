@@ -67,3 +67,4 @@
 pub use isoswarm_field as field;
 pub use isoswarm_geometry as geometry;
 pub use isoswarm_particles as particles;
+pub use isoswarm_scene as scene;

@@ -61,13 +61,6 @@ impl Swarm {
         self.size = Aabb::around(&self.floaters.points).map_or(0.0, |b| b.diagonal()).max(self.spacing);
     }
 
-    /// WH94's parameters with feedback that takes a whole Newton step, as the surface has already moved.
-    fn parameters(&self) -> Parameters {
-        let mut p = Parameters::new(self.size, self.spacing / NEAREST);
-        p.phi = 1.0 / p.dt;
-        p
-    }
-
     /// Makes floaters smaller, and so more, near the points.
     pub(crate) fn look_at(&mut self, points: &[[f64; 3]], focus: Focus) {
         let square = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>();
@@ -82,7 +75,7 @@ impl Swarm {
 
     /// One step on the surface as it is now.
     pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<(), Error> {
-        let parameters = self.parameters();
+        let parameters = Parameters::live(self.size, self.spacing / NEAREST);
         self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
         Ok(())
     }

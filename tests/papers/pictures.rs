@@ -1,0 +1,3 @@
+//! Draws the papers' figures: `cargo run --release -p isoswarm --example papers -- FOLDER`.
+mod story;
+fn main() {}
