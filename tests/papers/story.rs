@@ -23,6 +23,7 @@ pub fn script(name: &str) -> Vec<Entry> {
     script_from_json(&read(&format!("{name}.script.json"))).unwrap()
 }
 
+#[allow(dead_code)]
 /// The scene after its script, and what each command did.
 pub fn play(name: &str) -> (Scene, Vec<Change>) {
     let mut scene = open(name);
