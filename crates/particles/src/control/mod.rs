@@ -2,11 +2,13 @@
 
 mod drag;
 mod factor;
+mod fit;
 mod metric;
 mod pin;
 mod solve;
 
 pub use drag::{ControlStep, StepOptions, step};
+pub use fit::{Fit, FitOptions, FitProgress, FitProgressFn, FitStatus, Loss, Measure, fit, fit_residuals};
 pub use metric::sensitivity;
 pub use pin::{Guide, Pin};
 
