@@ -42,7 +42,7 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     }
     match method {
         Method::Even => {
-            let wish = Wish { amount, n, density, start, most_steps: steps.unwrap_or(even::SETTLING_STEPS) };
+            let wish = Wish { amount, n, density, start, most_steps: steps };
             let Spread { swarm, unit, unmet } = even::spread(&mut run, surface, &seeds, wish)?;
             let status = unmet.map_or(Status::Converged, Status::NotConverged);
             let mut samples = finish(&mut run, surface, &seeds, swarm, unit, status)?;
