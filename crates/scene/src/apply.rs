@@ -8,7 +8,7 @@ use isoswarm_particles::project;
 use crate::control::{Metric, ScenePin};
 use crate::hold::{Hold, Motion};
 use crate::scene::{Progress, ProgressFn, Scene};
-use crate::{Along, Command, DragReport, Ending, Error, Hand, PinRef, Settings};
+use crate::{Along, Command, DragReport, Ending, Error, FitReport, Hand, PinRef, Settings};
 
 /// Steps after letting go.
 const SETTLING: usize = 20;
@@ -28,6 +28,8 @@ pub struct Change {
     pub pin: Option<u64>,
     /// How a drag went.
     pub drag: Option<DragReport>,
+    /// How a fit went.
+    pub fit: Option<FitReport>,
 }
 
 impl Scene {
@@ -83,6 +85,10 @@ impl Scene {
                     }
                 }
                 Ok(Change { parameters: true, ..Change::default() })
+            }
+            Command::Fit { points, weights, loss, iterations } => {
+                self.idle("fit")?;
+                self.fit_points(&points, &weights, loss, iterations, progress)
             }
             Command::Rest {} => {
                 self.remember();

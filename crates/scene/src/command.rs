@@ -150,6 +150,20 @@ pub enum Command {
         #[serde(default = "once")]
         count: usize,
     },
+    /// Moves the free parameters until the surface passes through points, as well as it can.
+    Fit {
+        /// The points (model units).
+        points: Vec<[f64; 3]>,
+        /// What each counts, 0 or more; empty: 1.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        weights: Vec<f64>,
+        /// What a distance costs: robust losses make little of points that are far off.
+        #[serde(default)]
+        loss: FitLoss,
+        /// Most iterations.
+        #[serde(default = "hundred")]
+        iterations: usize,
+    },
     /// Takes the present shape as the shape to which [`Settings::recovery`] leads back.
     Rest {},
     /// Other settings.
@@ -212,6 +226,25 @@ pub enum Command {
     Undo {},
     /// Makes it again.
     Redo {},
+}
+
+/// What a distance costs in a fit; robust losses make little of distances beyond a length (model units, above 0).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FitLoss {
+    /// Its square.
+    #[default]
+    Squares,
+    /// Its square up to the length, then linear.
+    Huber(f64),
+    /// About its square up to the length, then its logarithm.
+    Cauchy(f64),
+    /// A smooth Huber loss.
+    SoftL1(f64),
+}
+
+fn hundred() -> usize {
+    100
 }
 
 fn yes() -> bool {

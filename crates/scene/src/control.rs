@@ -78,6 +78,11 @@ impl Now {
     pub(crate) fn step(&mut self) -> Result<Option<ControlStep>, Error> {
         let report = self.move_surface()?;
         self.keep_in_view()?;
+        if let Some(focus) = self.state.settings.focus {
+            let held = |p: &&ScenePin| self.hold.as_ref().is_none_or(|h| h.holds(p.id));
+            let points: Vec<V3> = self.state.pins.iter().filter(held).map(|p| p.pin.at).collect();
+            self.swarm.look_at(&points, focus);
+        }
         self.swarm.step(&self.state.field, &self.state.bounds, self.state.settings.seed)?;
         self.clock += 1;
         Ok(report)

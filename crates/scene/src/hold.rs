@@ -126,6 +126,11 @@ impl Hold {
         }
     }
 
+    /// Whether this pin is being dragged.
+    pub(crate) fn holds(&self, id: u64) -> bool {
+        self.targets.iter().any(|(i, _)| *i == id)
+    }
+
     pub(crate) fn is_guided(&self) -> bool {
         self.motion.is_some()
     }

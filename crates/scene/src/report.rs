@@ -51,3 +51,24 @@ pub struct DragReport {
     /// Paths of the parameters that were held back by their bounds at the end.
     pub at_limit: Vec<String>,
 }
+
+/// How a fit went; lengths in model units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitReport {
+    /// Whether the parameters are the best nearby.
+    pub converged: bool,
+    /// Why it ended.
+    pub reason: String,
+    /// Root of the weighted mean square distance between points and surface, as the loss sees it.
+    pub rms: f64,
+    /// The largest distance.
+    pub largest: f64,
+    /// Parameters, or combinations of them, that the points determine, of...
+    pub rank: usize,
+    /// ...the free parameters.
+    pub freedom: usize,
+    /// Steps taken or tried.
+    pub iterations: usize,
+    /// Paths of the parameters that ended at a bound and would go on.
+    pub at_limit: Vec<String>,
+}

@@ -4,7 +4,7 @@ use isoswarm_field::{Aabb, Field};
 use isoswarm_particles::floaters::{Floaters, Parameters};
 use isoswarm_particles::{self as particles, Options, Samples, Status, sample};
 
-use crate::settings::{Amount, Settings};
+use crate::settings::{Amount, Focus, Settings};
 use crate::{Error, Scene};
 
 /// With radii at σ̂ the mean distance to the nearest neighbour settles at this many σ̂.
@@ -66,6 +66,18 @@ impl Swarm {
         let mut p = Parameters::new(self.size, self.spacing / NEAREST);
         p.phi = 1.0 / p.dt;
         p
+    }
+
+    /// Makes floaters smaller, and so more, near the points.
+    pub(crate) fn look_at(&mut self, points: &[[f64; 3]], focus: Focus) {
+        let square = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>();
+        let size = |p: &[f64; 3]| {
+            let d2 = points.iter().map(|q| square(p, q)).fold(f64::INFINITY, f64::min);
+            // From the factor at the point to 1 at twice the radius, smoothly.
+            let t = (d2 / (4.0 * focus.radius * focus.radius)).min(1.0);
+            1.0 - (1.0 - focus.factor) * (1.0 - t) * (1.0 - t)
+        };
+        self.floaters.size = self.floaters.points.iter().map(size).collect();
     }
 
     /// One step on the surface as it is now.

@@ -387,3 +387,55 @@ fn floaters_move_no_more_than_the_surface_makes_them() {
     let spacing = s.frame().spacing;
     assert!(drift[drift.len() / 2] < 0.05 * spacing, "{} of {spacing}", drift[drift.len() / 2]);
 }
+
+#[test]
+fn a_fit_passes_through_points_and_pins() {
+    let mut s = scene("translate(ellipsoid(1, 1, 1))", 200);
+    let around: Vec<V3> = (0..60)
+        .map(|i| {
+            let z = 1.0 - (2 * i + 1) as f64 / 60.0;
+            let (r, t) = ((1.0 - z * z).sqrt(), 2.4 * i as f64);
+            [1.4 * r * t.cos() + 0.3, 0.9 * r * t.sin(), 1.1 * z - 0.2]
+        })
+        .collect();
+    let fit = |points: &[V3]| Command::Fit {
+        points: points.to_vec(),
+        weights: vec![],
+        loss: Default::default(),
+        iterations: 50,
+    };
+    let report = s.apply(fit(&around)).unwrap().fit.unwrap();
+    assert!(report.converged && report.largest < 1e-9 && report.rank == 6, "{report:?}");
+    assert!((value(&s, "translate/x") - 0.3).abs() < 1e-8);
+    assert!(off(&s) < 1e-6, "the floaters are on it");
+    // A few wild points hardly count with a robust loss.
+    let mut wild = around.clone();
+    wild.extend([[3.0, 3.0, 3.0], [-4.0, 1.0, 0.0], [0.0, 5.0, 1.0]]);
+    s.apply(Command::Undo {}).unwrap();
+    let loss = isoswarm_scene::FitLoss::Cauchy(0.02);
+    let robust = Command::Fit { points: wild, weights: vec![], loss, iterations: 200 };
+    s.apply(robust).unwrap();
+    assert!((value(&s, "translate/x") - 0.3).abs() < 1e-3, "{}", value(&s, "translate/x"));
+    assert!(s.apply(fit(&[])).unwrap_err().to_string().contains("at least one"));
+    assert!(s.apply(fit(&[[f64::NAN; 3]])).is_err());
+}
+
+#[test]
+fn floaters_are_denser_where_the_hand_is() {
+    let mut s = scene("sphere(r=1)", 400);
+    s.pin([1.0, 0.0, 0.0]).unwrap();
+    let count = |s: &Scene| {
+        let near = |p: &&V3| p[0] > 0.9;
+        (s.frame().floaters.points.iter().filter(near).count(), s.frame().floaters.len())
+    };
+    let before = count(&s);
+    let focus = Some(isoswarm_scene::Focus { radius: 0.4, factor: 0.4 });
+    s.apply(Command::Settings { settings: Settings { focus, ..s.settings().clone() } }).unwrap();
+    s.step(120).unwrap();
+    let after = count(&s);
+    assert!(after.0 as f64 > 2.5 * before.0 as f64, "{before:?} {after:?}");
+    assert!(after.1 - after.0 < before.1 + before.1 / 4, "elsewhere about as before: {before:?} {after:?}");
+    s.apply(Command::Settings { settings: Settings { focus: None, ..s.settings().clone() } }).unwrap();
+    s.step(120).unwrap();
+    assert!((count(&s).0 as f64) < 1.6 * before.0 as f64, "{:?}", count(&s));
+}

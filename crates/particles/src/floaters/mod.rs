@@ -81,6 +81,8 @@ pub struct Floaters {
     pub energy: Vec<f64>,
     /// Stable identities: never used twice.
     pub id: Vec<u64>,
+    /// Desired radius of each in the next step, as a part of σ̂: a density. Empty: 1 for all. A step empties it.
+    pub size: Vec<f64>,
     next_id: u64,
     steps: u64,
     /// Who is near whom; made when needed.
@@ -95,6 +97,7 @@ impl PartialEq for Floaters {
             && self.sigma == other.sigma
             && self.velocity == other.velocity
             && self.energy == other.energy
+            && self.size == other.size
     }
 }
 
@@ -121,10 +124,16 @@ impl Floaters {
             velocity: vec![[0.0; 3]; n],
             energy: vec![0.0; n],
             id: (0..n as u64).collect(),
+            size: Vec::new(),
             next_id: n as u64,
             steps: 0,
             kept: None,
         }
+    }
+
+    /// σ̂ of one floater.
+    fn desired_radius(&self, i: usize, p: &Parameters) -> f64 {
+        p.sigma_hat * self.size.get(i).copied().unwrap_or(1.0)
     }
 
     /// Number of floaters.
@@ -169,7 +178,7 @@ impl Floaters {
             let moving = motion.get(i).copied().unwrap_or(0.0);
             let desired = walls.slide(self.points[i], self.normals[i], force[i].desired);
             let v = floater_velocity(desired, value[i], gradient[i], moving, p.phi, least);
-            let fastest = p.sigma_hat.max(self.sigma[i]) / p.dt;
+            let fastest = self.desired_radius(i, p).max(self.sigma[i]) / p.dt;
             self.velocity[i] = scale(v, (fastest / norm(v)).min(1.0));
             self.energy[i] = force[i].energy;
         }
@@ -190,6 +199,7 @@ impl Floaters {
             Happened::default()
         };
         self.steps += 1;
+        self.size.clear();
         Ok(happened)
     }
 
@@ -238,8 +248,8 @@ impl Floaters {
         evaluations: &mut u64,
     ) -> Result<Happened, Error> {
         let close = |i: usize| {
-            let s = self.sigma[i];
-            s < p.delta * p.sigma_hat || s > p.sigma_hat || s >= p.sigma_max
+            let (s, wanted) = (self.sigma[i], self.desired_radius(i, p));
+            s < p.delta * wanted || s > wanted || s >= p.sigma_max
         };
         if !(0..self.len()).any(close) {
             return Ok(Happened::default());
@@ -249,11 +259,11 @@ impl Floaters {
         let (mut next, mut children) = (Self { next_id: self.next_id, ..Self::default() }, Vec::new());
         let mut happened = Happened::default();
         for i in 0..self.len() {
-            let sigma = self.sigma[i];
+            let (sigma, wanted) = (self.sigma[i], self.desired_radius(i, p));
             let still = norm(self.velocity[i]) < p.gamma * sigma;
             let huge = sigma >= p.sigma_max;
-            let ripe = self.energy[i] > p.nu * p.e_hat && sigma > p.sigma_hat;
-            let small = sigma < p.delta * p.sigma_hat;
+            let ripe = self.energy[i] > p.nu * p.e_hat && sigma > wanted;
+            let small = sigma < p.delta * wanted;
             if still && (huge || ripe) {
                 // Both children get σ/√2 and lie ±½σ from their parent in a random tangential direction.
                 let direction = way.direction(self.id[i], walls.axes);
@@ -275,7 +285,7 @@ impl Floaters {
             } else if still
                 && small
                 && self.len() - happened.deaths > 1
-                && chance.unit(self.id[i]) > sigma / (p.delta * p.sigma_hat)
+                && chance.unit(self.id[i]) > sigma / (p.delta * wanted)
             {
                 happened.deaths += 1;
             } else {
