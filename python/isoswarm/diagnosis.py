@@ -41,7 +41,16 @@ class DerivativeCheck:
     @property
     def ok(self) -> bool:
         """Whether the derivatives agree with differences."""
-        return self.gradient < 1e-4 and not self.parameters >= 1e-4
+        return _agree(self.gradient) and (np.isnan(self.parameters) or _agree(self.parameters))
+
+
+def _agree(difference: float) -> bool:
+    return difference < 1e-4
+
+
+def _verdict(name: str, difference: float) -> str:
+    verdict = "right" if _agree(difference) else f"WRONG: the {name} is not that of the values"
+    return f"{verdict} (differ from differences by {difference:.1e})"
 
 
 @dataclass(frozen=True)
@@ -95,8 +104,9 @@ class Diagnosis:
         check = self.derivatives
         if check is not None:
             rows.append(("area", f"{self.area:.6g}"))
-            verdict = "right" if check.ok else "WRONG: the gradient is not that of the values"
-            rows.append(("derivatives", f"{verdict} (differ from differences by {check.gradient:.1e})"))
+            rows.append(("derivatives", _verdict("gradient", check.gradient)))
+            if not np.isnan(check.parameters):
+                rows.append(("parameter derivatives", _verdict("parameter gradient", check.parameters)))
         return rows
 
 
@@ -171,19 +181,20 @@ def check_derivatives(field: Field, X: Floats, most_parameters: int = 50) -> Der
 
 
 def _check_parameters(field: Field, X: Floats, most: int) -> float:
-    free = [(i, path) for i, (path, p) in enumerate(field.parameters.items()) if not p.frozen]
-    free = free[:: max(1, len(free) // most)]
-    if not free:
+    free = [(path, p) for path, p in field.parameters.items() if not p.frozen and not p.discrete]
+    looked_at = [(i, *row) for i, row in enumerate(free)][:: max(1, len(free) // most)]
+    columns, differences = [], []
+    for column, path, p in looked_at:
+        step = 1e-6 * max(abs(p.value), 1e-3 * p.scale)
+        high, low = min(p.value + step, p.bounds[1]), max(p.value - step, p.bounds[0])
+        if high > low:  # otherwise its limits leave it no room
+            above = field.with_parameters({path: high}).value(X)
+            below = field.with_parameters({path: low}).value(X)
+            columns.append(column)
+            differences.append((above - below) / (high - low))
+    if not columns:
         return float("nan")
-    given = field.parameter_gradient(X)[:, [i for i, _ in free]]
-    differences = np.zeros_like(given)
-    for column, (_, path) in enumerate(free):
-        value = field.parameters[path].value
-        step = 1e-6 * max(abs(value), 1e-3)
-        above = field.with_parameters({path: value + step}).value(X)
-        below = field.with_parameters({path: value - step}).value(X)
-        differences[:, column] = (above - below) / (2.0 * step)
-    return _disagreement(given, differences)
+    return _disagreement(field.parameter_gradient(X)[:, columns], np.stack(differences, axis=1))
 
 
 def _disagreement(given: Floats, expected: Floats) -> float:

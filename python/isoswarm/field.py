@@ -227,7 +227,7 @@ class Field:
         return self._model.value_gradient(as_points(X, self.axes))
 
     def parameter_gradient(self, X: npt.ArrayLike) -> Floats:
-        """∂F/∂q at each point, (n, m), columns in the order of :attr:`parameters`; 0 for discrete ones."""
+        """∂F/∂q at each point, (n, m), a column for each parameter that is free and not discrete, in their order."""
         return self._model.parameter_gradient(as_points(X, self.axes))
 
     def hessian(self, X: npt.ArrayLike) -> Floats:

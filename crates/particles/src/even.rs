@@ -19,35 +19,40 @@ use crate::sizing::Sizing;
 use crate::swarm::Swarm;
 use crate::vector::V3;
 
-/// How a phase of the relaxation goes: σ in square roots of the mean cell, gain, momentum.
+/// How a phase of the relaxation goes: σ in square roots of the mean cell, gain, momentum, and the part of the floaters
+/// that may outrun their lists of neighbours.
 #[derive(Clone, Copy)]
 struct Phase {
     sigma: f64,
     gain: f64,
     momentum: f64,
+    stray: f64,
 }
 
 /// From random points. A gain of .72 is α Δt = 6 × .12 in WH94's units; 1.1 diverges on random points.
-const ROUGH: Phase = Phase { sigma: 0.45, gain: 0.72, momentum: 0.9 };
+const ROUGH: Phase = Phase { sigma: 0.45, gain: 0.72, momentum: 0.9, stray: 0.02 };
 /// From a lattice, whose floaters keep their distance and bear longer steps.
-const REFINED: Phase = Phase { sigma: 0.45, gain: 1.4, momentum: 0.9 };
+const REFINED: Phase = Phase { sigma: 0.45, gain: 1.6, momentum: 0.8, stray: 0.02 };
 /// Slow modes at the last level.
-const SETTLING: Phase = Phase { sigma: 0.42, gain: 2.0, momentum: 0.9 };
+const SETTLING: Phase = Phase { sigma: 0.42, gain: 2.5, momentum: 0.8, stray: 0.02 };
 /// Nearest neighbours only: evens out the distances around defects. The smaller σ, the softer the lattice, the larger
 /// the gain.
-const POLISHING: Phase = Phase { sigma: 0.31, gain: 5.0, momentum: 0.87 };
+const POLISHING: Phase = Phase { sigma: 0.31, gain: 5.0, momentum: 0.7, stray: 0.0 };
 
 /// Steps at the coarsest level, at each between, and at the last one: before settling, most while settling
-/// (`Options::steps`), and polishing.
+/// (`Options::steps`), and polishing. Order that is found while floaters are few costs little.
 const COARSE_STEPS: usize = 100;
-const MIDDLE_STEPS: usize = 16;
-const FIRST_STEPS: usize = 10;
-pub(crate) const SETTLING_STEPS: usize = 60;
-const POLISHING_STEPS: usize = 9;
-/// Steps of settling after which the gain falls by a factor every so many.
-const PATIENCE: usize = 36;
-const CALMING_EVERY: usize = 2;
-const CALMER: f64 = 0.75;
+const FEW: usize = 4000;
+const MIDDLE_STEPS_OF_FEW: usize = 24;
+const MIDDLE_STEPS: usize = 12;
+const FIRST_STEPS: usize = 6;
+const SETTLING_STEPS: usize = 60;
+const POLISHING_STEPS: usize = 8;
+/// Fewest steps of settling.
+const LEAST_STEPS: usize = 4;
+/// What a swarm moves less than two steps ago, as a part of that, where settling is worth its time. Below that it
+/// creeps, as in crevices that are finer than its spacing, and many more steps would change its evenness little.
+const WORTHWHILE: f64 = 0.1;
 /// Steps after a refinement until the population is brought to its number.
 const BEFORE_BALANCE: usize = 4;
 /// Steps that bring floaters from an earlier run to a new number and density.
@@ -60,11 +65,18 @@ const CORRECTIONS: usize = 3;
 /// A coarse level has at least this many floaters, and as many times the number of components.
 const COARSEST: usize = 300;
 const PER_COMPONENT: usize = 12;
+/// Where that takes more floaters than so many, the surface is too rough for an order to be found at large, and fewer
+/// steps do.
+const ROUGHLY: usize = 5 * COARSEST;
+const FEWER_STEPS: usize = 24;
+/// And no larger spacing than this, over the turn of the normal per length (1 is the radius of a sphere): a coarser swarm
+/// would see its surface as a cloud.
+const BENDING: f64 = 2.5;
 /// Mean distance between nearest neighbours in square roots of the mean cell, when relaxed: .96 of the hexagonal one.
 const NEAREST: f64 = 1.03;
 /// Root mean square displacement of a step in σ at which a swarm counts as settled: further steps change its evenness
 /// little.
-const SETTLED: f64 = 0.055;
+const SETTLED: f64 = 0.05;
 /// The same where a spacing is asked for, which is measured to a hundredth.
 const SETTLED_TO_MEASURE: f64 = 0.03;
 /// What the surface on which floaters move may be off, in square roots of the mean cell.
@@ -93,7 +105,7 @@ pub(crate) fn spread(
     let all = seeds.uniform_swarm();
     let apart = linear(seeds.area / all.len().max(1) as f64, walls.axes);
     let (sizing, weights) = Sizing::new(density, surface, &all, apart, walls.axes)?;
-    let levels = if start.is_some() { 0 } else { levels_for(n, seeds.components, walls.axes) };
+    let levels = if start.is_some() { 0 } else { levels_for(n, seeds) };
     let coarsest = n >> (halvings(walls.axes) * levels);
     // The last projection makes good for what the sketch is off.
     let sketch = surface.sketch(SKETCHED * linear(seeds.area / n as f64, walls.axes));
@@ -131,7 +143,8 @@ pub(crate) fn spread(
     work.run.evaluations += work.relaxation.evaluations;
     let unmet = (!settled).then(|| match work.run.stop {
         None => {
-            format!("the floaters still moved after {most_steps} steps at full resolution; allow more steps")
+            let steps = most_steps.unwrap_or(SETTLING_STEPS);
+            format!("the floaters still moved after {steps} steps at full resolution; allow more steps")
         }
         Some(why) => why.reason().into(),
     });
@@ -145,7 +158,7 @@ pub(crate) struct Wish<'a> {
     pub(crate) n: usize,
     pub(crate) density: Density<'a>,
     pub(crate) start: Option<&'a [V3]>,
-    pub(crate) most_steps: usize,
+    pub(crate) most_steps: Option<usize>,
 }
 
 /// Floaters that bring the mean distance between neighbours to `spacing` on so much area.
@@ -159,8 +172,12 @@ fn halvings(axes: usize) -> u32 {
     if axes == 2 { 1 } else { 2 }
 }
 
-fn levels_for(n: usize, components: usize, axes: usize) -> u32 {
-    let coarsest = COARSEST.max(PER_COMPONENT * components);
+/// Refinements on the way to `n` floaters.
+fn levels_for(n: usize, seeds: &Seeds<'_>) -> u32 {
+    let axes = seeds.walls.axes;
+    let widest = BENDING / seeds.bend;
+    let few = (seeds.area / if axes == 2 { widest } else { widest * widest }).min(n as f64) as usize;
+    let coarsest = COARSEST.max(PER_COMPONENT * seeds.components).max(few);
     let mut levels = 0;
     while n >> (halvings(axes) * (levels + 1)) >= coarsest && levels < 24 {
         levels += 1;
@@ -239,12 +256,20 @@ struct Work<'w, 'a, 's> {
     phase: Phase,
 }
 
+/// To how many floaters a population is brought.
+#[derive(Clone, Copy)]
+enum Goal {
+    Count(usize),
+    /// So many that the refinements after this level come out at the number wanted.
+    Level(u32),
+}
+
 impl Work<'_, '_, '_> {
     /// Brings floaters from an earlier run to their new number. Whether to go on.
     fn again(&mut self) -> Result<bool, Error> {
         for k in 0..AGAIN_STEPS {
             if k % (AGAIN_STEPS / 4) == 0 || (k < 12 && self.relaxation.swarm.len() != self.n) {
-                self.balance(self.n)?;
+                self.balance(Goal::Count(self.n))?;
             }
             if !self.step(0.1 + 0.4 * k as f64 / AGAIN_STEPS as f64)?.1 {
                 return Ok(false);
@@ -255,14 +280,15 @@ impl Work<'_, '_, '_> {
 
     /// Finds the large-scale order. Whether to go on.
     fn coarsest(&mut self, levels: u32) -> Result<bool, Error> {
-        for k in 0..COARSE_STEPS {
+        let steps = if self.relaxation.swarm.len() > ROUGHLY { FEWER_STEPS } else { COARSE_STEPS };
+        for k in 0..steps {
             // Thrice: from random points large differences remain at first, and few are left at last.
-            if k == COARSE_STEPS / 8 {
-                self.balance(self.n >> (halvings(self.walls.axes) * levels))?;
-            } else if k == COARSE_STEPS / 4 || k == COARSE_STEPS / 2 {
-                self.balance(self.population(levels))?;
+            if k == steps / 8 {
+                self.balance(Goal::Count(self.n >> (halvings(self.walls.axes) * levels)))?;
+            } else if k == steps / 4 || k == steps / 2 {
+                self.balance(Goal::Level(levels))?;
             }
-            if !self.step(0.1 + 0.2 * k as f64 / COARSE_STEPS as f64)?.1 {
+            if !self.step(0.1 + 0.2 * k as f64 / steps as f64)?.1 {
                 return Ok(false);
             }
         }
@@ -273,9 +299,14 @@ impl Work<'_, '_, '_> {
     fn finer(&mut self, level: u32) -> Result<bool, Error> {
         self.refine()?;
         self.enter(REFINED);
-        for k in 0..if level > 0 { MIDDLE_STEPS } else { FIRST_STEPS } {
+        let steps = match self.relaxation.swarm.len() {
+            _ if level == 0 => FIRST_STEPS,
+            n if n < FEW => MIDDLE_STEPS_OF_FEW,
+            _ => MIDDLE_STEPS,
+        };
+        for k in 0..steps {
             if k == BEFORE_BALANCE {
-                self.balance(self.population(level))?;
+                self.balance(Goal::Level(level))?;
             }
             if !self.step(0.3 + 0.2 / f64::from(level + 1))?.1 {
                 return Ok(false);
@@ -285,38 +316,42 @@ impl Work<'_, '_, '_> {
     }
 
     /// Settles and polishes the last level. Whether it came to rest.
-    fn last(&mut self, most: usize) -> Result<bool, Error> {
-        let mut settled = self.settle(most)?;
+    fn last(&mut self, most: Option<usize>) -> Result<bool, Error> {
+        let mut settled = self.settle(most)? && self.polish()?;
         for _ in 0..CORRECTIONS {
-            let Some(n) = self.correction() else { break };
+            let Some(n) = self.correction().filter(|_| settled) else { break };
             self.n = n;
-            self.balance(n)?;
-            settled = self.settle(most)?;
-        }
-        self.enter(POLISHING);
-        for _ in 0..POLISHING_STEPS {
-            if self.run.stop.is_some() || !self.step(0.9)?.1 {
-                return Ok(false);
-            }
+            self.balance(Goal::Count(n))?;
+            settled = self.settle(most)? && self.polish()?;
         }
         Ok(settled)
     }
 
-    fn settle(&mut self, most: usize) -> Result<bool, Error> {
+    fn polish(&mut self) -> Result<bool, Error> {
+        self.enter(POLISHING);
+        for _ in 0..POLISHING_STEPS {
+            if !self.step(0.9)?.1 {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn settle(&mut self, most: Option<usize>) -> Result<bool, Error> {
         self.enter(SETTLING);
         let settled = if self.spacing.is_some() { SETTLED_TO_MEASURE } else { SETTLED };
-        for k in 0..most {
-            // What has not settled by now shuttles: in crevices many neighbours push at once.
-            if k >= PATIENCE && k % CALMING_EVERY == 0 {
-                self.enter(Phase { gain: CALMER * self.phase.gain, ..self.phase });
-            }
-            let (moved, goes_on) = self.step(0.5 + 0.4 * k as f64 / most as f64)?;
+        let steps = most.unwrap_or(SETTLING_STEPS);
+        let mut before = [f64::INFINITY; 2];
+        for k in 0..steps {
+            let (moved, goes_on) = self.step(0.5 + 0.4 * k as f64 / steps as f64)?;
             if !goes_on {
                 return Ok(false);
             }
-            if k >= 2 * BEFORE_BALANCE && moved.rms < settled {
+            let creeps = most.is_none() && moved.rms > (1.0 - WORTHWHILE) * before[k % 2];
+            if k + 1 >= LEAST_STEPS && (moved.rms < settled || creeps) {
                 return Ok(true);
             }
+            before[k % 2] = moved.rms;
         }
         Ok(false)
     }
@@ -332,27 +367,14 @@ impl Work<'_, '_, '_> {
         ((ratio - 1.0).abs() > CLOSE && n != self.n).then_some(n)
     }
 
-    /// How many floaters a level should have, so that the refinements after it come out at the number wanted.
-    fn population(&self, level: u32) -> usize {
-        if level == 0 {
-            return self.n;
-        }
-        let next = self.n >> (halvings(self.walls.axes) * (level - 1));
-        let swarm = &self.relaxation.swarm;
-        let children = population::edges(swarm, &self.walls, self.unit).len();
-        let factor = 1usize << halvings(self.walls.axes);
-        // Every floater gets three children (one, on curves), but for the bounds and the Euler characteristic.
-        let missing = (factor * swarm.len()) as f64 - (swarm.len() + children) as f64;
-        ((next as f64 + missing) / factor as f64).round().max(1.0) as usize
-    }
-
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.tune();
     }
 
     fn tune(&mut self) {
-        self.relaxation.tune(self.phase.sigma * self.unit, self.phase.gain, self.phase.momentum);
+        let Phase { sigma, gain, momentum, stray } = self.phase;
+        self.relaxation.tune(sigma * self.unit, gain, momentum, stray);
     }
 
     /// Makes `swarm` the present one, in spatial order.
@@ -381,7 +403,18 @@ impl Work<'_, '_, '_> {
         Ok((moved, self.run.tell(options::Phase::Relaxing, fraction, self.relaxation.swarm.len())))
     }
 
-    fn balance(&mut self, n: usize) -> Result<(), Error> {
+    fn balance(&mut self, goal: Goal) -> Result<(), Error> {
+        let (last, halvings) = (self.n, halvings(self.walls.axes));
+        let n = |now: usize, edges: usize| match goal {
+            Goal::Count(n) => n,
+            Goal::Level(0) => last,
+            Goal::Level(level) => {
+                // Every floater gets three children (one, on curves), but for the bounds and the Euler characteristic.
+                let (next, factor) = (last >> (halvings * (level - 1)), 1usize << halvings);
+                let missing = (factor * now) as f64 - (now + edges) as f64;
+                ((next as f64 + missing) / factor as f64).round().max(1.0) as usize
+            }
+        };
         let mut swarm = self.relaxation.release();
         let rng = Rng::new(self.run.seed, Stream::Death).child(self.run.steps as u64);
         let mut count = 0;

@@ -4,173 +4,16 @@
 //! codes, and only the cells around a particle are visited. Where radii differ, each octave of radii has its own grid,
 //! so that one large particle does not make the cells of all small ones large.
 
+mod grid;
+
 use rayon::prelude::*;
+
+pub(crate) use grid::{Grid, spatial_order};
 
 use crate::vector::V3;
 
-/// Largest cell coordinate plus one: three of them interleave into 63 bits.
-const CELLS_PER_AXIS: f64 = 2_097_152.0;
-
 /// Cells that one task handles.
-const CELLS_PER_TASK: usize = 256;
-
-/// Spreads the lowest 21 bits so that two zeros follow each.
-#[inline(always)]
-fn spread(v: u64) -> u64 {
-    let mut v = v & 0x1f_ffff;
-    v = (v | (v << 32)) & 0x001f_0000_0000_ffff;
-    v = (v | (v << 16)) & 0x001f_0000_ff00_00ff;
-    v = (v | (v << 8)) & 0x100f_00f0_0f00_f00f;
-    v = (v | (v << 4)) & 0x10c3_0c30_c30c_30c3;
-    (v | (v << 2)) & 0x1249_2492_4924_9249
-}
-
-#[inline(always)]
-fn morton(c: [u64; 3]) -> u64 {
-    spread(c[0]) | spread(c[1]) << 1 | spread(c[2]) << 2
-}
-
-/// A grid of cells over some of the points, addressed by hash. Memory: about 16 bytes a point.
-pub(crate) struct Grid {
-    lo: V3,
-    inverse: f64,
-    keys: Vec<u64>,
-    start: Vec<u32>,
-    order: Vec<u32>,
-    /// By hash: number of the cell plus one, and above it half of the hash, so that most misses are seen at once.
-    table: Vec<u64>,
-    mask: u64,
-}
-
-impl Grid {
-    /// A grid over `points[members]` (all points for `None`) with cells of side `cell` (> 0), or larger where the
-    /// points extend over more than 2^21 cells.
-    pub(crate) fn new(points: &[V3], members: Option<Vec<u32>>, cell: f64) -> Self {
-        let members = members.unwrap_or_else(|| (0..points.len() as u32).collect());
-        let (lo, cell) = Self::frame(points, &members, cell);
-        let inverse = 1.0 / cell;
-        let mut keyed: Vec<(u64, u32)> = members
-            .into_par_iter()
-            .with_min_len(4096)
-            .map(|i| (morton(coordinates(points[i as usize], lo, inverse)), i))
-            .collect();
-        keyed.par_sort_unstable();
-        let mut keys = Vec::with_capacity(keyed.len() / 3 + 1);
-        let mut start = Vec::with_capacity(keyed.len() / 3 + 2);
-        for (at, (key, _)) in keyed.iter().enumerate() {
-            if keys.last() != Some(key) {
-                keys.push(*key);
-                start.push(at as u32);
-            }
-        }
-        start.push(keyed.len() as u32);
-        let size = (4 * keys.len().max(1)).next_power_of_two();
-        let mut grid = Self {
-            lo,
-            inverse,
-            keys,
-            start,
-            order: keyed.into_iter().map(|(_, i)| i).collect(),
-            table: vec![0; size],
-            mask: size as u64 - 1,
-        };
-        for c in 0..grid.keys.len() {
-            let full = hash(grid.keys[c]);
-            let mut h = full & grid.mask;
-            while grid.table[h as usize] != 0 {
-                h = (h + 1) & grid.mask;
-            }
-            grid.table[h as usize] = (full & TAG) | (c as u64 + 1);
-        }
-        grid
-    }
-
-    fn frame(points: &[V3], members: &[u32], cell: f64) -> (V3, f64) {
-        let mut lo = [f64::INFINITY; 3];
-        let mut hi = [f64::NEG_INFINITY; 3];
-        for &i in members {
-            let p = points[i as usize];
-            for a in 0..3 {
-                lo[a] = lo[a].min(p[a]);
-                hi[a] = hi[a].max(p[a]);
-            }
-        }
-        let extent = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
-        // One cell of margin below, so that the coordinates of neighbouring cells never wrap.
-        let cell = cell.max(extent / (CELLS_PER_AXIS - 4.0)).max(f64::MIN_POSITIVE);
-        (lo.map(|v| if v.is_finite() { v - cell } else { 0.0 }), cell)
-    }
-
-    #[inline(always)]
-    fn cell(&self, key: u64) -> Option<usize> {
-        let full = hash(key);
-        let mut h = full & self.mask;
-        loop {
-            let entry = self.table[h as usize];
-            if entry == 0 {
-                return None;
-            }
-            let c = (entry & !TAG) as usize;
-            if (entry ^ full) & TAG == 0 && self.keys[c - 1] == key {
-                return Some(c - 1);
-            }
-            h = (h + 1) & self.mask;
-        }
-    }
-
-    /// The members of cell number `c`.
-    #[inline(always)]
-    fn members(&self, c: usize) -> &[u32] {
-        &self.order[self.start[c] as usize..self.start[c + 1] as usize]
-    }
-
-    /// Calls `f` with every member of every cell that the ball around `p` may touch: a superset of those within
-    /// `radius`, in a fixed order.
-    pub(crate) fn near(&self, p: V3, radius: f64, mut f: impl FnMut(u32)) {
-        let low = coordinates([p[0] - radius, p[1] - radius, p[2] - radius], self.lo, self.inverse);
-        let high = coordinates([p[0] + radius, p[1] + radius, p[2] + radius], self.lo, self.inverse);
-        let visits = (0..3).map(|a| (high[a] - low[a] + 1) as f64).product::<f64>();
-        if visits > self.keys.len() as f64 {
-            self.order.iter().for_each(|&j| f(j));
-            return;
-        }
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                for x in low[0]..=high[0] {
-                    if let Some(c) = self.cell(morton([x, y, z])) {
-                        self.members(c).iter().for_each(|&j| f(j));
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The half of a hash that the table keeps.
-const TAG: u64 = 0xffff_ffff_0000_0000;
-
-#[inline(always)]
-fn hash(key: u64) -> u64 {
-    let h = (key ^ (key >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    h ^ (h >> 31)
-}
-
-#[inline(always)]
-fn coordinates(p: V3, lo: V3, inverse: f64) -> [u64; 3] {
-    // The cast saturates: below the grid is cell 0, which holds nothing, above it the last one.
-    [0, 1, 2].map(|a| ((p[a] - lo[a]) * inverse).min(CELLS_PER_AXIS - 1.0) as u64)
-}
-
-/// The order of the points along a Morton curve of the given resolution: neighbours in space become neighbours in
-/// memory. Ties keep their order.
-pub(crate) fn spatial_order(points: &[V3], cell: f64) -> Vec<u32> {
-    let members: Vec<u32> = (0..points.len() as u32).collect();
-    let (lo, cell) = Grid::frame(points, &members, cell);
-    let mut keyed: Vec<(u64, u32)> =
-        members.into_iter().map(|i| (morton(coordinates(points[i as usize], lo, 1.0 / cell)), i)).collect();
-    keyed.par_sort_unstable();
-    keyed.into_iter().map(|(_, i)| i).collect()
-}
+const CELLS_PER_TASK: usize = 64;
 
 /// How far particles reach.
 #[derive(Clone, Copy)]
@@ -189,6 +32,9 @@ pub(crate) struct Neighbors {
 }
 
 impl Neighbors {
+    /// The bit of an entry that says something about the pair; the others are the neighbour's number.
+    pub(crate) const MARK: u32 = 1 << 31;
+
     /// The neighbours of particle `i`, in an order that depends on positions only.
     #[inline(always)]
     pub(crate) fn of(&self, i: usize) -> &[u32] {
@@ -198,19 +44,29 @@ impl Neighbors {
 
     /// All pairs within reach for which `keep(i, j)` holds.
     pub(crate) fn find(points: &[V3], reach: Reach<'_>, keep: impl Fn(usize, usize) -> bool + Sync) -> Self {
+        Self::find_marked(points, reach, |i, j| keep(i, j).then_some(0))
+    }
+
+    /// All pairs within reach for which `mark(i, j)` is not `None`. Its bits, of which only [`Self::MARK`] may be set,
+    /// are added to the entries in the lists.
+    pub(crate) fn find_marked(
+        points: &[V3],
+        reach: Reach<'_>,
+        mark: impl Fn(usize, usize) -> Option<u32> + Sync,
+    ) -> Self {
         match reach {
-            Reach::Same(r) => Self::of_equals(points, r, keep),
-            Reach::Each(r) => Self::of_octaves(points, r, keep),
+            Reach::Same(r) => Self::of_equals(points, r, mark),
+            Reach::Each(r) => Self::of_octaves(points, r, mark),
         }
     }
 
-    fn of_equals(points: &[V3], radius: f64, keep: impl Fn(usize, usize) -> bool + Sync) -> Self {
+    fn of_equals(points: &[V3], radius: f64, mark: impl Fn(usize, usize) -> Option<u32> + Sync) -> Self {
         let grid = Grid::new(points, None, radius);
-        let tasks = grid.keys.len().div_ceil(CELLS_PER_TASK);
+        let tasks = grid.len().div_ceil(CELLS_PER_TASK);
         let parts: Vec<Part> = (0..tasks)
             .into_par_iter()
             .map(|t| {
-                let cells = t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(grid.keys.len());
+                let cells = t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(grid.len());
                 let mut part = Part::default();
                 let mut near = Candidates::default();
                 for c in cells {
@@ -218,7 +74,7 @@ impl Neighbors {
                     for &i in grid.members(c) {
                         let before = part.other.len();
                         near.within(points[i as usize], radius, i, &mut part.other, |j| {
-                            keep(i as usize, j as usize)
+                            mark(i as usize, j as usize)
                         });
                         part.rows.push((i, (part.other.len() - before) as u32));
                     }
@@ -229,7 +85,7 @@ impl Neighbors {
         Self::join(points.len(), parts)
     }
 
-    fn of_octaves(points: &[V3], radius: &[f64], keep: impl Fn(usize, usize) -> bool + Sync) -> Self {
+    fn of_octaves(points: &[V3], radius: &[f64], mark: impl Fn(usize, usize) -> Option<u32> + Sync) -> Self {
         let least = radius.iter().fold(f64::INFINITY, |m, &r| m.min(r));
         if !least.is_finite() {
             return Self { span: vec![(0, 0); points.len()], other: Vec::new() };
@@ -267,8 +123,8 @@ impl Neighbors {
                         let (j, q) = (j as usize, points[j as usize]);
                         let reach = radius[i].max(radius[j]);
                         let d2 = (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2);
-                        if j != i && d2 <= reach * reach && keep(i, j) {
-                            part.other.push(j as u32);
+                        if j != i && d2 <= reach * reach {
+                            part.other.extend(mark(i, j).map(|m| j as u32 | m));
                         }
                     };
                     for (k, &o) in present.iter().enumerate() {
@@ -322,17 +178,11 @@ struct Candidates {
 impl Candidates {
     fn gather(&mut self, grid: &Grid, points: &[V3], c: usize) {
         self.index.clear();
-        let key = grid.keys[c];
-        let at = [compact(key), compact(key >> 1), compact(key >> 2)];
-        for z in at[2].saturating_sub(1)..=at[2] + 1 {
-            for y in at[1].saturating_sub(1)..=at[1] + 1 {
-                for x in at[0].saturating_sub(1)..=at[0] + 1 {
-                    if let Some(c) = grid.cell(morton([x, y, z])) {
-                        self.index.extend_from_slice(grid.members(c));
-                    }
-                }
-            }
-        }
+        let at = grid.at(c);
+        let index = &mut self.index;
+        grid.cells(at.map(|v| v.saturating_sub(1)), at.map(|v| v + 1), |c| {
+            index.extend_from_slice(grid.members(c));
+        });
         self.x.clear();
         self.y.clear();
         self.z.clear();
@@ -343,7 +193,14 @@ impl Candidates {
     }
 
     #[inline]
-    fn within(&mut self, p: V3, radius: f64, own: u32, out: &mut Vec<u32>, keep: impl Fn(u32) -> bool) {
+    fn within(
+        &mut self,
+        p: V3,
+        radius: f64,
+        own: u32,
+        out: &mut Vec<u32>,
+        mark: impl Fn(u32) -> Option<u32>,
+    ) {
         let r2 = radius * radius;
         let m = self.index.len();
         let (x, y, z, index, hits) =
@@ -354,19 +211,8 @@ impl Candidates {
             hits[count] = index[k];
             count += usize::from(dx * dx + dy * dy + dz * dz <= r2);
         }
-        out.extend(hits[..count].iter().copied().filter(|&j| j != own && keep(j)));
+        out.extend(hits[..count].iter().filter(|j| **j != own).filter_map(|&j| mark(j).map(|m| j | m)));
     }
-}
-
-/// Inverse of [`spread`].
-#[inline(always)]
-fn compact(v: u64) -> u64 {
-    let mut v = v & 0x1249_2492_4924_9249;
-    v = (v | (v >> 2)) & 0x10c3_0c30_c30c_30c3;
-    v = (v | (v >> 4)) & 0x100f_00f0_0f00_f00f;
-    v = (v | (v >> 8)) & 0x001f_0000_ff00_00ff;
-    v = (v | (v >> 16)) & 0x001f_0000_0000_ffff;
-    (v | (v >> 32)) & 0x1f_ffff
 }
 
 #[cfg(test)]
@@ -431,18 +277,5 @@ mod tests {
         points.push([1e6, 0.0, 0.0]);
         let lists = Neighbors::find(&points, Reach::Same(3e-10), |_, _| true);
         assert!(sorted(&lists) == brute(&points, |_, _| 3e-10));
-    }
-
-    #[test]
-    fn the_spatial_order_is_a_permutation_that_shortens_the_way() {
-        let points = cloud(4000, 1.0, [0.0; 3]);
-        let order = spatial_order(&points, 0.05);
-        let mut sorted = order.clone();
-        sorted.sort_unstable();
-        assert!(sorted.iter().enumerate().all(|(k, &i)| k as u32 == i));
-        let way = |o: &[u32]| -> f64 {
-            o.windows(2).map(|w| distance(points[w[0] as usize], points[w[1] as usize])).sum()
-        };
-        assert!(way(&order) < 0.25 * way(&sorted));
     }
 }

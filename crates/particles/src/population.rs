@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::constraint::{Target, Walls, project};
 use crate::neighbors::Neighbors;
 use crate::rng::Rng;
-use crate::stars::{Cell, Stars};
+use crate::stars::{Cell, Desk, Stars};
 use crate::swarm::Swarm;
 use crate::vector::{V3, add, along, distance, scale};
 
@@ -115,19 +115,21 @@ pub(crate) struct Habitat<'a> {
     pub(crate) label_area: &'a [f64],
 }
 
-/// Brings the swarm to `n` floaters (never below one a component), and moves floaters from where cells are small to
-/// where they are large. Children are set into the largest gap around their parent and projected. `unit` is the
+/// Brings the swarm to `n` floaters (never below one a component), given how many there are and the edges between them,
+/// and moves floaters from where cells are small to where they are large. Children are set into the largest gap around their parent and projected. `unit` is the
 /// linear size of a size-1 cell at present.
 pub(crate) fn balance(
     swarm: &mut Swarm,
     habitat: &Habitat<'_>,
     count: &mut u64,
     unit: f64,
-    n: usize,
+    n: impl FnOnce(usize, usize) -> usize,
     rng: Rng,
 ) -> Result<Turnover, FieldError> {
     let mut census = census(swarm, habitat.walls, unit);
     let now = swarm.len();
+    // An edge is seen from both ends.
+    let n = n(now, census.cells.iter().map(|c| c.valence as usize).sum::<usize>() / 2);
     let mut per_label = swarm.per_label();
     for i in 0..now {
         // A floater that sees nobody has no cell to speak of; it shares its component with others out of sight.
@@ -334,13 +336,14 @@ pub(crate) fn edges(swarm: &Swarm, walls: &Walls, unit: f64) -> Vec<(u32, u32)> 
         .into_par_iter()
         .map(|c| {
             let mut out = Vec::with_capacity(6 * 1024);
+            let mut desk = Desk::new();
             for i in c * 1024..((c + 1) * 1024).min(swarm.len()) {
-                stars.cell(i, |j, _| out.push((i as u32, j)));
+                stars.cell(i, &mut desk, |j, _| out.push((i.min(j as usize) as u32, j.max(i as u32))));
             }
             out
         })
         .collect();
-    let mut all: Vec<(u32, u32)> = rows.into_iter().flatten().map(|(i, j)| (i.min(j), i.max(j))).collect();
+    let mut all: Vec<(u32, u32)> = rows.into_iter().flatten().collect();
     all.par_sort_unstable();
     all.dedup();
     all

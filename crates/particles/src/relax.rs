@@ -7,19 +7,21 @@ use isoswarm_field::{FieldError, Surface};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::constraint::{CHUNK, Target, Walls, evaluate, project_together};
+use crate::constraint::{Target, Walls, evaluate, project_together};
 use crate::kernel::gauss;
 use crate::neighbors::Neighbors;
-use crate::swarm::Swarm;
+use crate::swarm::{Swarm, share};
 use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
 /// Repulsion ends at this many σ: at 3 it stalls, beyond 4 it costs more than it brings.
 const CUTOFF: f64 = 4.0;
-/// Lists are drawn this many σ wider and serve until some floater has gone that far. Two that approach each other from
+/// Lists are drawn this many σ wider and serve until too many floaters have gone that far. Two that approach each other from
 /// outside may meet at 4 - .8 σ unseen by then; a force of a hundredth of that between neighbours.
 const SKIN: f64 = 0.8;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
+/// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
+const CHUNK: usize = 256;
 /// Cosine of the turn of a normal in one step from which on more than one Newton step is taken.
 const TURNED: f64 = 0.8;
 /// The same for the length of the Newton step in lengths of the step before it: on a smooth surface it is the half of
@@ -37,8 +39,8 @@ pub(crate) struct Moved {
     pub(crate) rms: f64,
     /// Largest displacement (length).
     most: f64,
-    /// Longest way since the lists were drawn, in σ.
-    way: f64,
+    /// Part of the floaters that have gone farther than the lists allow for.
+    away: f64,
 }
 
 /// A swarm that is being spread over a surface.
@@ -59,7 +61,9 @@ pub(crate) struct Relaxation<'s> {
     lists: Neighbors,
     /// Length of the way of each floater since the lists were drawn, in its σ.
     way: Vec<f32>,
-    longest_way: f64,
+    /// Part of the floaters that may go farther than the lists allow for before they are drawn anew, and that have.
+    stray: f64,
+    away: f64,
     moved_since_narrowing: f64,
     next: Vec<V3>,
     value: Vec<f64>,
@@ -84,7 +88,8 @@ impl<'s> Relaxation<'s> {
             evaluations: 0,
             lists: Neighbors::default(),
             way: Vec::new(),
-            longest_way: f64::INFINITY,
+            stray: 0.0,
+            away: f64::INFINITY,
             moved_since_narrowing: f64::INFINITY,
             next: Vec::new(),
             value: Vec::new(),
@@ -97,7 +102,7 @@ impl<'s> Relaxation<'s> {
     /// Changes the population: everything derived from it is forgotten.
     pub(crate) fn populate(&mut self, swarm: Swarm) {
         self.swarm = swarm;
-        self.longest_way = f64::INFINITY;
+        self.away = f64::INFINITY;
         self.moved_since_narrowing = f64::INFINITY;
     }
 
@@ -106,23 +111,24 @@ impl<'s> Relaxation<'s> {
         self.lists = Neighbors::default();
         self.narrowed = None;
         (self.next, self.value, self.gradient, self.way) = Default::default();
-        (self.longest_way, self.moved_since_narrowing) = (f64::INFINITY, f64::INFINITY);
+        (self.away, self.moved_since_narrowing) = (f64::INFINITY, f64::INFINITY);
         std::mem::take(&mut self.swarm)
     }
 
-    /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come.
-    pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64) {
-        (self.sigma, self.gain, self.momentum) = (sigma, gain, momentum);
-        self.longest_way = f64::INFINITY;
+    /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come, and which part of the
+    /// floaters may go farther than the lists of neighbours allow for.
+    pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64, stray: f64) {
+        (self.sigma, self.gain, self.momentum, self.stray) = (sigma, gain, momentum, stray);
+        self.away = f64::INFINITY;
     }
 
     /// Draws the lists of neighbours anew where motion demands it.
     fn look_around(&mut self) {
-        if self.longest_way > SKIN {
-            self.lists = self.swarm.neighbors((CUTOFF + SKIN) * self.sigma);
+        if self.away > self.stray {
+            self.lists = self.swarm.surroundings((CUTOFF + SKIN) * self.sigma);
             self.way.clear();
             self.way.resize(self.swarm.len(), 0.0);
-            self.longest_way = 0.0;
+            self.away = 0.0;
         }
     }
 
@@ -146,7 +152,7 @@ impl<'s> Relaxation<'s> {
             self.settle_turned(&mut moved)?;
         }
         std::mem::swap(&mut self.swarm.points, &mut self.next);
-        self.longest_way = moved.way;
+        self.away = moved.away;
         self.moved_since_narrowing += moved.most;
         Ok(moved)
     }
@@ -183,14 +189,14 @@ impl<'s> Relaxation<'s> {
         let (walls, least, sigma) = (*walls, *least, *sigma);
         let points = &swarm.points[..];
         let size = &swarm.size[..];
-        let parts: Vec<(f64, f64, f32, Vec<(u32, V3)>)> = next
+        let parts: Vec<(f64, f64, usize, Vec<(u32, V3)>)> = next
             .par_chunks_mut(CHUNK)
             .zip(swarm.normals.par_chunks_mut(CHUNK))
             .zip(swarm.velocity.par_chunks_mut(CHUNK))
             .zip(way.par_chunks_mut(CHUNK))
             .enumerate()
             .map(|(c, (((next, normals), velocity), way))| {
-                let (mut square, mut most, mut longest, mut turned) = (0.0, 0.0f64, 0.0f32, Vec::new());
+                let (mut square, mut most, mut away, mut turned) = (0.0, 0.0f64, 0usize, Vec::new());
                 for k in 0..next.len() {
                     let i = c * CHUNK + k;
                     let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
@@ -216,9 +222,9 @@ impl<'s> Relaxation<'s> {
                     square += (d / own) * (d / own);
                     most = most.max(d);
                     way[k] += (d / own) as f32;
-                    longest = longest.max(way[k]);
+                    away += usize::from(way[k] > SKIN as f32);
                 }
-                (square, most, longest, turned)
+                (square, most, away, turned)
             })
             .collect();
         let square: f64 = parts.iter().map(|p| p.0).sum();
@@ -227,8 +233,8 @@ impl<'s> Relaxation<'s> {
         self.turned.extend(parts.iter().flat_map(|p| &p.3).map(|t| t.0));
         self.before.clear();
         self.before.extend(parts.iter().flat_map(|p| &p.3).map(|t| t.1));
-        let way = parts.iter().fold(0.0f32, |m, p| m.max(p.2));
-        Moved { rms: (square / points.len() as f64).sqrt(), most, way: f64::from(way) }
+        let (n, away) = (points.len() as f64, parts.iter().map(|p| p.2).sum::<usize>() as f64);
+        Moved { rms: (square / n).sqrt(), most, away: away / n }
     }
 
     /// Further Newton steps for those that turned: behind a crease one step is not enough.
@@ -344,7 +350,8 @@ impl pulp::NullaryFnOnce for Displace<'_> {
             let i = first + k;
             let p = points[i];
             let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
-            let force = repulsion(i, points, lists.of(i), size, sigma);
+            let (force, stiffness) = repulsion(i, points, normals, lists.of(i), size, sigma);
+            let gain = gain * (STIFF / stiffness.max(STIFF));
             let push = add(scale(velocity[k], momentum), scale(force, gain));
             let mut v = walls.slide(p, normals[i], push);
             let length = norm(v);
@@ -362,32 +369,44 @@ impl pulp::NullaryFnOnce for Displace<'_> {
 /// one spot. So much stronger is it made towards a distance of zero; beyond σ it is the Gaussian's.
 const CORE: f64 = 8.0;
 
-/// Σ r^ij exp(-|r^ij|²/2σ²), σ² the mean of the squares of both where sizes differ.
+/// How fast the force changes with the place of a floater in a lattice with neighbours at 2.2 σ. Where it changes faster
+/// (in a crowd, or in a crevice, where the neighbours on both sides count) steps are so much shorter: else they would
+/// go too far, and come back, for ever.
+const STIFF: f64 = 1.6;
+
+/// Σ share r^ij exp(-|r^ij|²/2σ²), σ² the mean of the squares of both where sizes differ, and Σ share | |r|²/σ² - 1 | exp(...),
+/// which bounds how fast it changes.
 #[inline(always)]
-fn repulsion(i: usize, points: &[V3], near: &[u32], size: &[f64], sigma: f64) -> V3 {
+fn repulsion(i: usize, points: &[V3], normals: &[V3], near: &[u32], size: &[f64], sigma: f64) -> (V3, f64) {
     let p = points[i];
     let equal = -0.5 / (sigma * sigma);
     let mut fx = [0.0; LANES];
     let mut fy = [0.0; LANES];
     let mut fz = [0.0; LANES];
+    let mut stiff = [0.0; LANES];
     for near in near.chunks(LANES) {
         let (mut x, mut y, mut z, mut half) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [equal; LANES]);
+        let mut part = [1.0; LANES];
         // Beyond the cutoff, so that lanes without a neighbour add nothing.
         x[near.len()..].fill(1e3 * sigma);
-        for (l, &j) in near.iter().enumerate() {
-            let q = points[j as usize];
+        for (l, &entry) in near.iter().enumerate() {
+            let j = (entry & !Neighbors::MARK) as usize;
+            let q = points[j];
             x[l] = p[0] - q[0];
             y[l] = p[1] - q[1];
             z[l] = p[2] - q[2];
             if p == q {
                 // On one spot there is no direction; any will do if the other takes the opposite one.
-                let way = if i < j as usize { 1e-3 } else { -1e-3 } * sigma;
+                let way = if i < j { 1e-3 } else { -1e-3 } * sigma;
                 (x[l], y[l], z[l]) = (way, 0.7 * way, 0.4 * way);
+            }
+            if entry & Neighbors::MARK != 0 {
+                part[l] = share(p, q, normals[i], normals[j]);
             }
         }
         if !size.is_empty() {
-            for (l, &j) in near.iter().enumerate() {
-                let (a, b) = (size[i], size[j as usize]);
+            for (l, &entry) in near.iter().enumerate() {
+                let (a, b) = (size[i], size[(entry & !Neighbors::MARK) as usize]);
                 half[l] = 2.0 * equal / (a * a + b * b);
             }
         }
@@ -395,13 +414,14 @@ fn repulsion(i: usize, points: &[V3], near: &[u32], size: &[f64], sigma: f64) ->
             let u = -half[l] * (x[l] * x[l] + y[l] * y[l] + z[l] * z[l]);
             let w = if u < 0.5 * CUTOFF * CUTOFF { gauss(u.min(0.5 * CUTOFF * CUTOFF)) } else { 0.0 };
             let t = (1.0 - 2.0 * u).max(0.0);
-            let w = w + CORE * w * (t * t);
+            let w = part[l] * (w + CORE * w * (t * t));
             fx[l] += w * x[l];
             fy[l] += w * y[l];
             fz[l] += w * z[l];
+            stiff[l] += w * (2.0 * u - 1.0).abs();
         }
     }
-    [fold(fx), fold(fy), fold(fz)]
+    ([fold(fx), fold(fy), fold(fz)], fold(stiff))
 }
 
 /// The sum of the lanes in a fixed order.

@@ -45,13 +45,33 @@ pub(crate) struct Cell {
 /// A convex polygon around the origin; `tag[k]` belongs to the edge from vertex k to vertex k + 1.
 struct Polygon {
     n: usize,
-    at: [[f64; 2]; VERTICES],
+    now: Outline,
+    /// Where the next outline is written.
+    next: Outline,
+}
+
+struct Outline {
+    x: [f64; VERTICES],
+    y: [f64; VERTICES],
     tag: [u32; VERTICES],
 }
 
+impl Outline {
+    #[inline(always)]
+    fn set(&mut self, k: usize, x: f64, y: f64, tag: u32) {
+        (self.x[k], self.y[k], self.tag[k]) = (x, y, tag);
+    }
+}
+
 impl Polygon {
-    /// A regular octagon of circumradius `r`, turned so that no edge is parallel to an axis of the frame.
-    fn octagon(r: f64) -> Self {
+    fn new() -> Self {
+        let outline = || Outline { x: [0.0; VERTICES], y: [0.0; VERTICES], tag: [OPEN; VERTICES] };
+        Self { n: 0, now: outline(), next: outline() }
+    }
+
+    /// Starts anew with a regular octagon of circumradius `r`, turned so that no edge is parallel to an axis of the
+    /// frame.
+    fn octagon(&mut self, r: f64) {
         const C: [[f64; 2]; 8] = [
             [0.923_879_532_511_286_7, 0.382_683_432_365_089_8],
             [0.382_683_432_365_089_8, 0.923_879_532_511_286_7],
@@ -62,75 +82,70 @@ impl Polygon {
             [0.382_683_432_365_089_8, -0.923_879_532_511_286_7],
             [0.923_879_532_511_286_7, -0.382_683_432_365_089_8],
         ];
-        let mut p = Self { n: 8, at: [[0.0; 2]; VERTICES], tag: [OPEN; VERTICES] };
-        for k in 0..8 {
-            p.at[k] = [r * C[k][0], r * C[k][1]];
+        self.n = 8;
+        for (k, c) in C.iter().enumerate() {
+            self.now.set(k, r * c[0], r * c[1], OPEN);
         }
-        p
     }
 
-    /// Keeps the part where a·x ≤ b; the new edge gets the tag.
-    fn clip(&mut self, a: [f64; 2], b: f64, tag: u32) {
-        let n = self.n;
-        let side = |p: [f64; 2]| a[0] * p[0] + a[1] * p[1] - b;
+    /// Keeps the part where a·x ≤ b; the new edge gets the tag. Whether that changed anything.
+    fn clip(&mut self, a: [f64; 2], b: f64, tag: u32) -> bool {
+        let n = self.n.min(VERTICES);
         let mut s = [0.0; VERTICES];
         let mut outside = 0;
         for k in 0..n {
-            s[k] = side(self.at[k]);
+            s[k] = a[0] * self.now.x[k] + a[1] * self.now.y[k] - b;
             outside += usize::from(s[k] > 0.0);
         }
-        if outside == 0 {
-            return;
+        if outside == 0 || (outside < n && n + 2 > VERTICES) {
+            return false;
         }
-        if outside == n {
-            self.n = 0;
-            return;
-        }
-        if n + 2 > VERTICES {
-            return;
-        }
-        let (mut at, mut tags, mut m) = ([[0.0; 2]; VERTICES], [OPEN; VERTICES], 0);
+        let (now, next) = (&self.now, &mut self.next);
+        let mut m = 0;
         for k in 0..n {
             let l = if k + 1 == n { 0 } else { k + 1 };
             let inside = s[k] <= 0.0;
             if inside {
-                at[m] = self.at[k];
-                tags[m] = self.tag[k];
+                next.set(m, now.x[k], now.y[k], now.tag[k]);
                 m += 1;
             }
             if inside != (s[l] <= 0.0) {
                 let t = s[k] / (s[k] - s[l]);
-                let (p, q) = (self.at[k], self.at[l]);
-                at[m] = [p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])];
+                let (x, y) = (now.x[k] + t * (now.x[l] - now.x[k]), now.y[k] + t * (now.y[l] - now.y[k]));
                 // Leaving: the new edge starts here. Entering: the rest of the old edge does.
-                tags[m] = if inside { tag } else { self.tag[k] };
+                next.set(m, x, y, if inside { tag } else { now.tag[k] });
                 m += 1;
             }
         }
-        (self.n, self.at, self.tag) = (m, at, tags);
+        for k in 0..m {
+            self.now.set(k, next.x[k], next.y[k], next.tag[k]);
+        }
+        self.n = m;
+        true
     }
 
-    fn farthest_squared(&self) -> f64 {
-        self.at[..self.n].iter().fold(0.0, |m, p| f64::max(m, p[0] * p[0] + p[1] * p[1]))
+    /// The corner that is farthest from the origin, and the square of its distance.
+    fn farthest(&self) -> ([f64; 2], f64) {
+        let mut best = ([0.0; 2], 0.0);
+        for k in 0..self.n {
+            let (x, y) = (self.now.x[k], self.now.y[k]);
+            if x * x + y * y > best.1 {
+                best = ([x, y], x * x + y * y);
+            }
+        }
+        best
     }
 
-    fn farthest(&self) -> [f64; 2] {
-        let square = |p: &[f64; 2]| p[0] * p[0] + p[1] * p[1];
-        self.at[..self.n].iter().copied().max_by(|p, q| square(p).total_cmp(&square(q))).unwrap_or_default()
+    /// The vector from vertex k to vertex k + 1, after vertex k.
+    fn edge(&self, k: usize) -> ([f64; 2], [f64; 2]) {
+        let l = if k + 1 == self.n { 0 } else { k + 1 };
+        let (x, y) = (self.now.x[k], self.now.y[k]);
+        ([x, y], [self.now.x[l] - x, self.now.y[l] - y])
     }
 
     fn area(&self) -> f64 {
-        let mut twice = 0.0;
-        for k in 0..self.n {
-            let (p, q) = (self.at[k], self.at[if k + 1 == self.n { 0 } else { k + 1 }]);
-            twice += p[0] * q[1] - p[1] * q[0];
-        }
-        0.5 * twice
-    }
-
-    fn edge(&self, k: usize) -> f64 {
-        let (p, q) = (self.at[k], self.at[if k + 1 == self.n { 0 } else { k + 1 }]);
-        ((p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2)).sqrt()
+        let twice = |(p, d): ([f64; 2], [f64; 2])| p[0] * d[1] - p[1] * d[0];
+        0.5 * (0..self.n).map(|k| twice(self.edge(k))).sum::<f64>()
     }
 }
 
@@ -138,7 +153,7 @@ impl Polygon {
 /// along an arc where the normals differ little, over a crease where they differ much.
 pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
     let c = dot(n, m);
-    if c > 0.999_999 || norm(n) == 0.0 || norm(m) == 0.0 {
+    if c > 0.999_999 || n == [0.0; 3] || m == [0.0; 3] {
         return d;
     }
     let c = c.max(-0.5);
@@ -151,6 +166,19 @@ pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
         (0.5 * (norm(tangential(r, n)) + norm(tangential(r, m))) * 2.0 / (1.0 + c)).clamp(arc, 2.0 * d);
     let t = ((0.7 - c) / 0.4).min(1.0);
     arc + t * (crease - arc)
+}
+
+/// Working memory for cells, used for one after the other.
+pub(crate) struct Desk {
+    cell: Polygon,
+    /// Distance along the surface, place in the tangent plane and number of each neighbour.
+    near: Vec<(f64, [f64; 2], u32)>,
+}
+
+impl Desk {
+    pub(crate) fn new() -> Self {
+        Self { cell: Polygon::new(), near: Vec::new() }
+    }
 }
 
 /// What a cell is computed from.
@@ -168,13 +196,17 @@ pub(crate) struct Stars<'a> {
 impl Stars<'_> {
     /// The cells of all samples, in parallel.
     pub(crate) fn cells(&self) -> Vec<Cell> {
-        (0..self.points.len()).into_par_iter().with_min_len(512).map(|i| self.cell(i, |_, _| {})).collect()
+        (0..self.points.len())
+            .into_par_iter()
+            .with_min_len(512)
+            .map_init(Desk::new, |desk, i| self.cell(i, desk, |_, _| {}))
+            .collect()
     }
 
     /// The cell of sample `i`; `star(j, length)` is called for each neighbour in the star with the length of the
     /// edge between the cells.
-    pub(crate) fn cell(&self, i: usize, star: impl FnMut(u32, f64)) -> Cell {
-        if self.walls.axes == 2 { self.cell_on_curve(i, star) } else { self.cell_on_surface(i, star) }
+    pub(crate) fn cell(&self, i: usize, desk: &mut Desk, star: impl FnMut(u32, f64)) -> Cell {
+        if self.walls.axes == 2 { self.cell_on_curve(i, star) } else { self.cell_on_surface(i, desk, star) }
     }
 
     fn reach(&self, i: usize) -> f64 {
@@ -189,12 +221,12 @@ impl Stars<'_> {
             || self.lists.of(i).iter().any(|&j| walls.touches(self.points[j as usize]))
     }
 
-    fn cell_on_surface(&self, i: usize, mut star: impl FnMut(u32, f64)) -> Cell {
+    fn cell_on_surface(&self, i: usize, desk: &mut Desk, mut star: impl FnMut(u32, f64)) -> Cell {
+        let Desk { cell, near } = desk;
         let (p, n) = (self.points[i], self.normals[i]);
         let radius = self.reach(i);
         let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
-        let mut near = [(f64::INFINITY, [0.0; 2], 0u32); 48];
-        let mut count = 0;
+        near.clear();
         let mut nearest = f64::INFINITY;
         for &j in self.lists.of(i) {
             let r = sub(self.points[j as usize], p);
@@ -202,45 +234,45 @@ impl Stars<'_> {
             nearest = nearest.min(d);
             let flat = [dot(r, u), dot(r, v)];
             let length = (flat[0] * flat[0] + flat[1] * flat[1]).sqrt();
-            if d == 0.0 || d > 2.0 * radius || length < 1e-3 * d || count == near.len() {
+            if d == 0.0 || d > 2.0 * radius || length < 1e-3 * d {
                 continue;
             }
             let s = along_surface(r, d, n, self.normals[j as usize]);
-            near[count] = (s, [flat[0] * s / length, flat[1] * s / length], j);
-            count += 1;
+            near.push((s, [flat[0] * s / length, flat[1] * s / length], j));
         }
-        let near = &mut near[..count];
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-        let mut cell = Polygon::octagon(radius);
+        cell.octagon(radius);
         if self.at_walls(i) {
-            self.clip_by_walls(p, u, v, radius, &mut cell);
+            self.clip_by_walls(p, u, v, radius, cell);
         }
-        let mut farthest = cell.farthest_squared();
+        let mut farthest = cell.farthest();
         for &(s, q, j) in near.iter() {
-            if 0.25 * s * s >= farthest {
+            if 0.25 * s * s >= farthest.1 {
                 break;
             }
-            cell.clip(q, 0.5 * s * s, j);
-            farthest = cell.farthest_squared();
+            if cell.clip(q, 0.5 * s * s, j) {
+                farthest = cell.farthest();
+            }
         }
-        let corner = cell.farthest();
+        let (corner, square) = farthest;
         let mut out = Cell {
             area: cell.area(),
             nearest,
             mean: 0.0,
-            hole: farthest.sqrt(),
+            hole: square.sqrt(),
             corner: along(scale(u, corner[0]), corner[1], v),
             valence: 0,
             open: false,
             clipped: false,
         };
         for k in 0..cell.n {
-            match cell.tag[k] {
+            match cell.now.tag[k] {
                 OPEN => out.open = true,
                 WALL => out.clipped = true,
                 j => {
                     let s = near.iter().find(|c| c.2 == j).map_or(0.0, |c| c.0);
-                    let edge = cell.edge(k);
+                    let (_, way) = cell.edge(k);
+                    let edge = (way[0] * way[0] + way[1] * way[1]).sqrt();
                     if edge > SHORT * s {
                         out.valence += 1;
                         out.mean += s;
@@ -343,7 +375,7 @@ mod tests {
         let lists = Neighbors::find(points, crate::neighbors::Reach::Same(2.6), |_, _| true);
         let stars = Stars { points, normals: &normals, lists: &lists, walls, radius: 1.3, size: &[] };
         let mut star = Vec::new();
-        let cell = stars.cell(6 * 13 + 6, |j, _| star.push(j));
+        let cell = stars.cell(6 * 13 + 6, &mut Desk::new(), |j, _| star.push(j));
         (cell, star)
     }
 

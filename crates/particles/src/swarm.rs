@@ -58,7 +58,21 @@ impl Swarm {
         counts
     }
 
-    /// The neighbours within `radius` times the larger of the two sizes, on the same sheet.
+    /// Everybody within `radius` times the larger of the two sizes who may be on the same sheet soon; pairs for which
+    /// that is in doubt, as [`share`] tells, are marked.
+    pub(crate) fn surroundings(&self, radius: f64) -> Neighbors {
+        let mark = |i: usize, j: usize| {
+            let (n, m) = (self.normals[i], self.normals[j]);
+            doubt(self.points[i], self.points[j], n, m).map(|d| if d { Neighbors::MARK } else { 0 })
+        };
+        if self.size.is_empty() {
+            Neighbors::find_marked(&self.points, Reach::Same(radius), mark)
+        } else {
+            let reach: Vec<f64> = self.size.iter().map(|s| s * radius).collect();
+            Neighbors::find_marked(&self.points, Reach::Each(&reach), mark)
+        }
+    }
+
     pub(crate) fn neighbors(&self, radius: f64) -> Neighbors {
         let keep =
             |i: usize, j: usize| same_sheet(self.points[i], self.points[j], self.normals[i], self.normals[j]);
@@ -71,13 +85,47 @@ impl Swarm {
     }
 }
 
+/// How much two floaters count as neighbours on one sheet, 0 to 1: a smooth version of [`same_sheet`]. A pair that
+/// counted in full from one step to the next would be thrown apart, turn away, be forgotten, and come back.
+#[inline(always)]
+pub(crate) fn share(p: V3, q: V3, n: V3, m: V3) -> f64 {
+    let smooth = |t: f64| {
+        let t = t.clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    };
+    let c = dot(n, m);
+    if c < STACKED {
+        return smooth((c - OPPOSING) / (LEVEL - OPPOSING));
+    }
+    let r = sub(p, q);
+    let (a, b, d2) = (dot(r, n), dot(r, m), dot(r, r));
+    smooth(3.0 - 5.0 * (a * a).min(b * b) / d2.max(f64::MIN_POSITIVE))
+}
+
+/// Whether [`share`] may differ from 1 after some more steps; `None` where it stays 0.
+#[inline(always)]
+fn doubt(p: V3, q: V3, n: V3, m: V3) -> Option<bool> {
+    let c = dot(n, m);
+    if c < OPPOSING - 0.2 {
+        return None;
+    }
+    let r = sub(p, q);
+    let (a, b) = (dot(r, n), dot(r, m));
+    Some(c < LEVEL + 0.4 || (a * a).min(b * b) > 0.2 * dot(r, r))
+}
+
+/// Cosine between normals from which on down two floaters lie on different sheets.
+const OPPOSING: f64 = -0.5;
+/// The same from which on up they lie on one sheet, or on two that are stacked.
+const STACKED: f64 = 0.5;
+/// The same from which on down they count less and less.
+const LEVEL: f64 = 0.0;
+
 /// Whether two floaters lie on the same sheet of the surface, as far as their normals tell. Neighbours through a thin
 /// sheet have opposing normals; those two sheets further have parallel normals and a segment along them. A floater
 /// without a normal belongs to every sheet.
 #[inline(always)]
 pub(crate) fn same_sheet(p: V3, q: V3, n: V3, m: V3) -> bool {
-    const OPPOSING: f64 = -0.5;
-    const STACKED: f64 = 0.5;
     let c = dot(n, m);
     if c < OPPOSING {
         return false;
