@@ -168,7 +168,7 @@ pub fn carry(inverse: [&dyn Surface; 3], before: &[V3], start: &[V3]) -> Result<
         }
         last = largest;
     }
-    match (0..n).find(|&i| !(off[i] < 1e-8 * size)) {
+    match (0..n).find(|&i| off[i].is_nan() || off[i] >= 1e-8 * size) {
         None => Ok(p),
         Some(i) => Err(Error::Field(FieldError::Invalid(format!(
             "expected a deformation that can be turned around near {:?}, but no point is taken there; undo a part of it",

@@ -47,31 +47,32 @@ fn about(
     l.moved(c, at)
 }
 
-/// sin(t)/t, where `square` is t²: smooth at 0.
-fn sinc(g: &mut Graph, t: Node, square: Node) -> Node {
+/// sin(t)/t for `square` = t²: smooth at 0, and so are its derivatives.
+fn sinc(g: &mut Graph, square: Node) -> Node {
     let (small, one) = (g.constant(1e-2), g.constant(1.0));
-    let divisor = g.select(t, small, one, t);
+    let safe = g.max(square, small);
+    let t = g.sqrt(safe);
     let sine = g.sin(t);
-    let far = g.div(sine, divisor);
-    // 1 − u/6 (1 − u/20 (1 − u/42)): exact to rounding below .01.
+    let far = g.div(sine, t);
+    // 1 − u/6 (1 − u/20 (1 − …)): exact to rounding for t below .1.
     let mut near = one;
-    for k in [42.0, 20.0, 6.0] {
+    for k in [110.0, 72.0, 42.0, 20.0, 6.0] {
         let k = g.constant(k);
         let part = g.div(square, k);
         let term = g.mul(part, near);
         near = g.sub(one, term);
     }
-    g.select(t, small, near, far)
+    g.select(square, small, near, far)
 }
 
 /// The offset d turned by −|w| about w, by Rodrigues' formula in terms that are smooth at w = 0:
 /// d cos t + (d × w) sin(t)/t + w (w·d) (1 − cos t)/t², t = |w|.
 fn turned_back(g: &mut Graph, d: [Node; 3], w: &[Node]) -> [Node; 3] {
     let (half, quarter, one) = (g.constant(0.5), g.constant(0.25), g.constant(1.0));
-    let (t, square) = (g.length(w), g.dot(w, w));
-    let s = sinc(g, t, square);
-    let (t_half, square_half) = (g.mul(half, t), g.mul(quarter, square));
-    let s_half = sinc(g, t_half, square_half);
+    let square = g.dot(w, w);
+    let s = sinc(g, square);
+    let square_half = g.mul(quarter, square);
+    let s_half = sinc(g, square_half);
     // (1 − cos t)/t² = ½ (sin(t/2)/(t/2))²
     let s_half = g.square(s_half);
     let versine = g.mul(half, s_half);

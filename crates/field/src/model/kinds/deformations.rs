@@ -88,16 +88,30 @@ fn repeated(g: &mut Graph, v: Node, p: Node, count: i64) -> Node {
 /// (atan2(kx, 1 − ky)/k, (2y − k(x² + y²))/(1 + √((kx)² + (1 − ky)²))).
 pub(super) fn bent(g: &mut Graph, at: [Node; 3], k: Node, axis: i64) -> [Node; 3] {
     let [x, y, z] = along(at, axis);
-    let (one, two, small) = (g.constant(1.0), g.constant(2.0), g.constant(1e-8));
-    let (kx, ky, size) = (g.mul(k, x), g.mul(k, y), g.abs(k));
+    let (one, two, small, least) = (g.constant(1.0), g.constant(2.0), g.constant(1e-2), g.constant(1e-3));
+    let (kx, ky) = (g.mul(k, x), g.mul(k, y));
     let level = g.sub(one, ky);
-    // Almost straight: atan2(kx, 1 − ky)/k = x (1 + ky) + O(k²), and k does not divide.
+    let (squared, radius) = (g.dot(&[x, y], &[x, y]), g.length(&[kx, level]));
+    // Almost straight, k²(x² + y²) < .01: the angle is 2 atan(w), w = kx/(|(kx, 1 − ky)| + 1 − ky), and w/k and
+    // atan(w)/w need no division by k; so k = 0 is no special place.
+    let k_squared = g.square(k);
+    let size = g.mul(k_squared, squared);
+    let sum = g.add(radius, level);
+    let sum = g.max(sum, least);
+    let (w, straight) = (g.div(kx, sum), g.div(x, sum));
+    let w_squared = g.square(w);
+    let mut series = g.constant(1.0 / 13.0);
+    for odd in [11.0, 9.0, 7.0, 5.0, 3.0, 1.0] {
+        let term = g.mul(w_squared, series);
+        let first = g.constant(1.0 / odd);
+        series = g.sub(first, term);
+    }
+    let near = g.mul(straight, series);
+    let near = g.mul(two, near);
     let divisor = g.select(size, small, one, k);
     let turn = g.atan2(kx, level);
-    let (far, near) = (g.div(turn, divisor), g.add(one, ky));
-    let near = g.mul(x, near);
+    let far = g.div(turn, divisor);
     let u = g.select(size, small, near, far);
-    let (squared, radius) = (g.dot(&[x, y], &[x, y]), g.length(&[kx, level]));
     let (twice, sag, below) = (g.mul(two, y), g.mul(k, squared), g.add(one, radius));
     let above = g.sub(twice, sag);
     let v = g.div(above, below);

@@ -38,12 +38,29 @@ fn about_a_centre_is_what_moves_around_the_plain_deformation_give() {
         &format!("rotate_about(box(1, 2, 3), 0.7, 1.4, 2.1, {c})"),
         &there(&format!("rotate({back}, 0.7*sqrt(14), 1, 2, 3)")),
     );
-    for angle in ["1e-12", "3e-3", "0.0099", "0.0101", "0.019", "0.021", "3.5"] {
+    for angle in ["1e-12", "3e-3", "0.0999", "0.1001", "0.1999", "0.2001", "3.5"] {
         same(
             &format!("rotate_about(box(1, 2, 3), 0, {angle})"),
             &format!("rotate(box(1, 2, 3), {angle}, 0, 1, 0)"),
         );
     }
+}
+
+#[test]
+fn a_bend_has_no_seam_where_it_turns_straight() {
+    // On both sides of k²(x² + y²) = .01, by the plain formula; and at k = 0 with the derivative by k, x y.
+    for k in [1e-3f64, 0.099, 0.101, 0.5, -0.099, -0.101] {
+        for p in POINTS {
+            let u = value(&model(&format!("bend_about(x, {k:?})")), p);
+            let plain = (k * p[0]).atan2(1.0 - k * p[1]) / k;
+            assert!((u - plain).abs() < 1e-12, "{k} {p:?}: {u} {plain}");
+        }
+    }
+    let f = Field::new(&model("bend_about(x)")).unwrap();
+    let (mut v, mut g, mut q) = ([0.0], [0.0; 3], [0.0]);
+    f.parameter_gradient(&[0.3, -0.4, 0.7], &mut v, &mut g, &mut q).unwrap();
+    assert_eq!((v, g), ([0.3], [1.0, 0.0, 0.0]));
+    assert!((q[0] + 0.12).abs() < 1e-15, "{q:?}");
 }
 
 #[test]

@@ -105,7 +105,7 @@ fn a_sphere_grows_with_its_scale() {
     assert!((q[3] - 2.0).abs() < 1e-12 && (q[0] - 0.2).abs() < 1e-12, "{q:?}");
     // Only along z it is no sphere: the residual says by how much.
     let t = drag.to(&[("sx", 1.0), ("sy", 1.0), ("sz", 1.5)]);
-    assert!(t.largest > 0.1 && t.largest < 0.5, "{t:?}");
+    assert!(t.largest > 0.02 && t.largest < 0.5, "{t:?}");
 }
 
 #[test]
