@@ -59,3 +59,42 @@ fn figure_2_a_dumbbell_of_r_functions_is_dragged_part_by_part() {
     assert!(scene.residuals().unwrap().values().all(|d| *d < 1e-6 * size));
     assert!(value(&scene, "offset/d").is_finite());
 }
+
+/// Figure 3: an ellipsoid given by the ten coefficients of a quadric is moved by a Mover with one control point; the six of second
+/// degree stay what they are, and the adapter leaves nothing behind.
+#[test]
+fn figure_3_a_mover_moves_an_ellipsoid_without_deforming_it() {
+    let mut scene = open("ellipsoid");
+    let q = scene.field().q();
+    let mut moved = 0.0f64;
+    for entry in script("ellipsoid") {
+        let change = scene.apply(entry.command).unwrap();
+        if let Some(d) = change.drag {
+            assert!(d.reached && d.steps > 10, "{d:?}");
+            let own = scene.field().q();
+            moved = own.iter().map(|v| v * v).sum::<f64>().sqrt();
+            assert_eq!(own.len(), 3, "one offset is all that is dragged");
+            // The coefficients have followed at each step of the drag.
+            let now = scene.adapted().unwrap().q();
+            assert!((4..10).all(|k| (now[k] - q[k]).abs() < 1e-10), "{now:?}");
+            assert!(change.transfer.unwrap().relative < 1e-10);
+        }
+    }
+    let now = scene.field().q();
+    assert_eq!(now.len(), 10, "the adapter is gone");
+    assert!(moved > 0.5);
+    for k in 4..10 {
+        assert!((now[k] - q[k]).abs() < 1e-10, "q{k} was {} and is {}", q[k], now[k]);
+    }
+    // Eqs. 10 to 13 (corrected): an offset o changes the linear terms by -2 q4 ox, ... and the constant.
+    let o = [-now[1] / (2.0 * q[4]), -now[2] / (2.0 * q[6]), -now[3] / (2.0 * q[9])];
+    let constant = q[0] + q[4] * o[0] * o[0] + q[6] * o[1] * o[1] + q[9] * o[2] * o[2];
+    assert!((now[0] - constant).abs() < 1e-9, "{} {constant}", now[0]);
+    let offset = (o[0] * o[0] + o[1] * o[1] + o[2] * o[2]).sqrt();
+    assert!((offset - moved).abs() < 1e-8);
+    let hand = scene.pins()[0].pin.at;
+    let f =
+        q[4] * (hand[0] - o[0]).powi(2) + q[6] * (hand[1] - o[1]).powi(2) + q[9] * (hand[2] - o[2]).powi(2)
+            - 1.0;
+    assert!(f.abs() < 1e-8, "the hand is on it: {f}");
+}

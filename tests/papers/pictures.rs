@@ -51,10 +51,9 @@ fn strip(frames: &[Picture]) -> Picture {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = std::env::args().nth(1).map_or_else(
-        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/images"),
-        PathBuf::from,
-    );
+    let folder = std::env::args()
+        .nth(1)
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/images"), PathBuf::from);
     std::fs::create_dir_all(&folder)?;
     for name in ["three_cylinders", "quartic", "dumbbell", "ellipsoid"] {
         let mut scene = story::open(name);

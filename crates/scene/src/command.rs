@@ -222,6 +222,38 @@ pub enum Command {
         /// The present place of each operand.
         order: Vec<usize>,
     },
+    /// Puts an adapter on a part: a deformation whose few parameters are all that pins then move, while the part's own parameters
+    /// follow. See [`isoswarm_field::model::adapters`].
+    Adapt {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// `mover`, `rotate`, `scale`, `taper`, `twist`, `bend` or `lattice`.
+        adapter: String,
+        /// The point that stays; the middle of the part if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        center: Option<[f64; 3]>,
+        /// 0: x, 1: y, 2: z, of a taper, a twist or a bend; z if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<usize>,
+        /// Half of the size of a lattice's box; around the part if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        half: Option<[f64; 3]>,
+        /// Control points of a lattice along x, y and z; three each if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        controls: Option<[usize; 3]>,
+    },
+    /// Takes the adapter off; the part keeps what its parameters could take on.
+    Accept {},
+    /// Leaves the adapter in the model as an operator.
+    Keep {},
+    /// Takes the adapter off; the part is as it was.
+    Cancel {},
+    /// Takes an operator off its only operand, whose parameters take its effect on. Refused where they cannot.
+    Flatten {
+        /// The node.
+        path: String,
+    },
     /// Takes back the last change of the model, the parameters, the pins or the settings.
     Undo {},
     /// Makes it again.
