@@ -10,6 +10,7 @@ from isoswarm.field import Field, Operand, node
 
 __all__ = [
     "bend",
+    "bend_about",
     "blobby_blend",
     "box",
     "capsule",
@@ -31,9 +32,11 @@ __all__ = [
     "r_blend",
     "repeat",
     "rotate",
+    "rotate_about",
     "rotate_euler",
     "rounded_box",
     "scale",
+    "scale_about",
     "scale_axes",
     "schwarz_d",
     "schwarz_p",
@@ -45,9 +48,11 @@ __all__ = [
     "superelliptic_blend",
     "superquadric",
     "taper",
+    "taper_about",
     "torus",
     "translate",
     "twist",
+    "twist_about",
     "union",
 ]
 
@@ -951,3 +956,170 @@ def taper(f: Operand, rate: Operand = 0.1, axis: int = 2) -> Field:
     Field
     """
     return node("taper", f, rate=rate, axis=axis)
+
+
+def rotate_about(
+    f: Operand,
+    rx: Operand = 0.0,
+    ry: Operand = 0.0,
+    rz: Operand = 0.0,
+    cx: Operand = 0.0,
+    cy: Operand = 0.0,
+    cz: Operand = 0.0,
+) -> Field:
+    """The operand turned about a centre by a rotation vector.
+
+    Its direction is the axis, its length the angle, counter-clockwise seen from its tip. Smooth at zero.
+
+    F = f(c + R⁻¹ (p − c)), R by Rodrigues' formula
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+    rx : float or Field
+        x of the rotation vector, in radians (angle).
+    ry : float or Field
+        y of the rotation vector, in radians (angle).
+    rz : float or Field
+        z of the rotation vector, in radians (angle).
+    cx : float or Field
+        x of the centre (length, frozen unless released).
+    cy : float or Field
+        y of the centre (length, frozen unless released).
+    cz : float or Field
+        z of the centre (length, frozen unless released).
+
+    Returns
+    -------
+    Field
+    """
+    return node("rotate_about", f, rx=rx, ry=ry, rz=rz, cx=cx, cy=cy, cz=cz)
+
+
+def scale_about(
+    f: Operand,
+    sx: Operand = 1.0,
+    sy: Operand = 1.0,
+    sz: Operand = 1.0,
+    cx: Operand = 0.0,
+    cy: Operand = 0.0,
+    cz: Operand = 0.0,
+) -> Field:
+    """The operand stretched about a centre by a factor for each axis.
+
+    A distance no longer is one.
+
+    F = f(c + ((x − cx)/sx, (y − cy)/sy, (z − cz)/sz))
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+    sx : float or Field
+        Factor along x (length, above 0).
+    sy : float or Field
+        Factor along y (length, above 0).
+    sz : float or Field
+        Factor along z (length, above 0).
+    cx : float or Field
+        x of the centre (length, frozen unless released).
+    cy : float or Field
+        y of the centre (length, frozen unless released).
+    cz : float or Field
+        z of the centre (length, frozen unless released).
+
+    Returns
+    -------
+    Field
+    """
+    return node("scale_about", f, sx=sx, sy=sy, sz=sz, cx=cx, cy=cy, cz=cz)
+
+
+def taper_about(
+    f: Operand, rate: Operand = 0.0, axis: int = 2, cx: Operand = 0.0, cy: Operand = 0.0, cz: Operand = 0.0
+) -> Field:
+    """The operand widened along an axis through a centre; the factor is 1 at the centre and never below 0.01.
+
+    F = f(c + ((x − cx)/s, (y − cy)/s, z − cz)), s = max(1 + rate (z − cz), 0.01)
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+    rate : float or Field
+        Change of the factor per unit of length (1/length).
+    axis : int
+        0: x, 1: y, 2: z (0 to 2).
+    cx : float or Field
+        x of the centre (length, frozen unless released).
+    cy : float or Field
+        y of the centre (length, frozen unless released).
+    cz : float or Field
+        z of the centre (length, frozen unless released).
+
+    Returns
+    -------
+    Field
+    """
+    return node("taper_about", f, rate=rate, axis=axis, cx=cx, cy=cy, cz=cz)
+
+
+def twist_about(
+    f: Operand, rate: Operand = 0.0, axis: int = 2, cx: Operand = 0.0, cy: Operand = 0.0, cz: Operand = 0.0
+) -> Field:
+    """The operand twisted about an axis through a centre, which stays.
+
+    F = f(c + R⁻¹ (p − c)), R a turn about the axis by rate (z − cz)
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+    rate : float or Field
+        Radians per unit of length along the axis (angle/length).
+    axis : int
+        0: x, 1: y, 2: z (0 to 2).
+    cx : float or Field
+        x of the centre (length, frozen unless released).
+    cy : float or Field
+        y of the centre (length, frozen unless released).
+    cz : float or Field
+        z of the centre (length, frozen unless released).
+
+    Returns
+    -------
+    Field
+    """
+    return node("twist_about", f, rate=rate, axis=axis, cx=cx, cy=cy, cz=cz)
+
+
+def bend_about(
+    f: Operand, rate: Operand = 0.0, axis: int = 2, cx: Operand = 0.0, cy: Operand = 0.0, cz: Operand = 0.0
+) -> Field:
+    """The operand bent about an axis (Barr 1984).
+
+    What lay along the line through the centre becomes an arc; see `bend`..
+
+    F = f(c + b(p − c)), b the bend before which the arc was straight
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+    rate : float or Field
+        Curvature of the arc; 0: straight (angle/length).
+    axis : int
+        0: x, 1: y, 2: z (0 to 2).
+    cx : float or Field
+        x of the centre (length, frozen unless released).
+    cy : float or Field
+        y of the centre (length, frozen unless released).
+    cz : float or Field
+        z of the centre (length, frozen unless released).
+
+    Returns
+    -------
+    Field
+    """
+    return node("bend_about", f, rate=rate, axis=axis, cx=cx, cy=cy, cz=cz)

@@ -6,7 +6,6 @@
 //! As a server it writes two 64-bit integers n and m and the start q, then answers requests: `r` or `j` and m numbers q give the n
 //! residuals or the n × m derivatives. Numbers are in the machine's own order.
 
-use std::fmt::Write as _;
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -118,7 +117,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             log.push((clock.elapsed().as_secs_f64(), p.rms));
             ControlFlow::Continue(())
         };
-        let options = FitOptions { progress: Some(&mut watch), ..FitOptions::default() };
+        let options = FitOptions { tolerance: 1e-3, progress: Some(&mut watch), ..FitOptions::default() };
         let result = fit(&mut surface, &points, options)?;
         let time = clock.elapsed().as_secs_f64();
         if time < seconds {

@@ -17,7 +17,7 @@ use crate::run::Run;
 use crate::seeding::Seeds;
 use crate::sizing::Sizing;
 use crate::swarm::Swarm;
-use crate::vector::{V3, distance};
+use crate::vector::V3;
 
 /// How a phase of the relaxation goes: σ in square roots of the mean cell, gain, momentum, and the part of the floaters
 /// that may outrun their lists of neighbours.
@@ -105,7 +105,7 @@ pub(crate) fn spread(
     let all = seeds.uniform_swarm();
     let apart = linear(seeds.area / all.len().max(1) as f64, walls.axes);
     let (sizing, weights) = Sizing::new(density, surface, &all, apart, walls.axes)?;
-    let levels = if start.is_some() { 0 } else { levels_for(n, seeds, &all, apart) };
+    let levels = if start.is_some() { 0 } else { levels_for(n, seeds) };
     let coarsest = n >> (halvings(walls.axes) * levels);
     // The last projection makes good for what the sketch is off.
     let sketch = surface.sketch(SKETCHED * linear(seeds.area / n as f64, walls.axes));
@@ -172,10 +172,10 @@ fn halvings(axes: usize) -> u32 {
     if axes == 2 { 1 } else { 2 }
 }
 
-/// Refinements on the way to `n` floaters; `all` are seeds that are uniform by area, `apart` their spacing.
-fn levels_for(n: usize, seeds: &Seeds<'_>, all: &Swarm, apart: f64) -> u32 {
+/// Refinements on the way to `n` floaters.
+fn levels_for(n: usize, seeds: &Seeds<'_>) -> u32 {
     let axes = seeds.walls.axes;
-    let widest = BENDING / bend(all, apart);
+    let widest = BENDING / seeds.bend;
     let few = (seeds.area / if axes == 2 { widest } else { widest * widest }).min(n as f64) as usize;
     let coarsest = COARSEST.max(PER_COMPONENT * seeds.components).max(few);
     let mut levels = 0;
@@ -183,20 +183,6 @@ fn levels_for(n: usize, seeds: &Seeds<'_>, all: &Swarm, apart: f64) -> u32 {
         levels += 1;
     }
     levels
-}
-
-/// How much the normal turns per length, on average over neighbours.
-fn bend(swarm: &Swarm, apart: f64) -> f64 {
-    let lists = swarm.neighbors(apart);
-    let (mut turn, mut way) = (0.0, 0.0);
-    for i in 0..swarm.len() {
-        for &j in lists.of(i) {
-            let j = j as usize;
-            turn += distance(swarm.normals[i], swarm.normals[j]);
-            way += distance(swarm.points[i], swarm.points[j]);
-        }
-    }
-    if way > 0.0 { turn / way } else { 0.0 }
 }
 
 /// `n` of the seeds: one for each component, the others at random among those that are uniform by area, in

@@ -11,12 +11,15 @@ use crate::options::Phase;
 use crate::population::census;
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
-use crate::seeding::Seeds;
+use crate::seeding::{Seeds, divide};
 use crate::swarm::Swarm;
 
+/// Spacings over the radius of curvature from which on a place is finer than the samples on it.
+const FINE: f64 = 1.0;
+
 impl Samples {
-    /// No samples: there is no surface.
-    pub(crate) fn empty(certified: bool, run: &Run<'_>) -> Self {
+    /// No samples: there is no surface, or the search for it was stopped.
+    pub(crate) fn none(status: Status, certified: bool, run: &Run<'_>) -> Self {
         Self {
             points: Vec::new(),
             normals: Vec::new(),
@@ -25,7 +28,7 @@ impl Samples {
             curvatures: Vec::new(),
             component: Vec::new(),
             report: Report {
-                status: Status::Empty,
+                status,
                 components: 0,
                 certified,
                 max_error: 0.0,
@@ -75,15 +78,11 @@ pub(crate) fn finish(
     let curvatures = curvature::principal(surface, &swarm, &first.lists, walls.axes);
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
-    // Numbered in the order of first appearance.
-    let mut number = vec![u32::MAX; seeds.components];
-    let mut components = 0;
-    for &l in &swarm.label {
-        if number[l as usize] == u32::MAX {
-            number[l as usize] = components;
-            components += 1;
-        }
-    }
+    let (component, components) = if seeds.too_coarse_for(swarm.len()) {
+        divide(surface, run, &walls, &swarm, &first.lists, unit)?
+    } else {
+        in_order(&swarm.label)
+    };
     if !seeds.certified {
         run.warnings
             .push("not certified: there may be small components that the random search did not meet".into());
@@ -91,15 +90,23 @@ pub(crate) fn finish(
     if singular > 0 {
         run.warnings.push(format!("{singular} samples rest where the gradient vanishes and have no normal"));
     }
+    let fine = curvatures.par_iter().filter(|k| k[0].abs() * spacing > FINE).count();
+    if 100 * fine > curvatures.len() {
+        run.warnings.push(format!(
+            "{:.0} % of the samples lie where the surface bends within less than their spacing, and are less even there; \
+             more samples resolve it",
+            100.0 * fine as f64 / curvatures.len() as f64
+        ));
+    }
     run.tell(Phase::Finishing, 1.0, swarm.len());
     Ok(Samples {
         radii: first.cells.iter().map(|c| 0.5 * c.mean).collect(),
         areas: first.cells.iter().map(|c| c.area).collect(),
         curvatures,
-        component: swarm.label.iter().map(|&l| number[l as usize]).collect(),
+        component,
         report: Report {
             status,
-            components: components as usize,
+            components,
             certified: seeds.certified,
             max_error,
             evenness,
@@ -116,4 +123,21 @@ pub(crate) fn finish(
         points: swarm.points,
         normals: swarm.normals,
     })
+}
+
+/// Labels numbered anew in the order of first appearance, and how many there are.
+fn in_order(label: &[u32]) -> (Vec<u32>, usize) {
+    let mut number = vec![u32::MAX; label.iter().max().map_or(0, |m| *m as usize + 1)];
+    let mut many = 0;
+    let labels = label
+        .iter()
+        .map(|&l| {
+            if number[l as usize] == u32::MAX {
+                number[l as usize] = many;
+                many += 1;
+            }
+            number[l as usize]
+        })
+        .collect();
+    (labels, many as usize)
 }

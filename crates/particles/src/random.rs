@@ -49,7 +49,10 @@ pub(crate) fn scatter(
         // About one line in ten gives a point.
         let lines = (12 * missing + 256).min(BATCH);
         let own = rng.child(batch);
-        let found = draw(&seeds.region, &mut run.evaluations, axes, lines, STATIONS, own)?;
+        let found = match draw(&seeds.region, run, axes, lines, STATIONS, own) {
+            Err(_) if run.stop.is_some() => break,
+            other => other?,
+        };
         idle = if found.is_empty() { idle + 1 } else { 0 };
         let mut fresh = Swarm::default();
         for (p, g) in found {

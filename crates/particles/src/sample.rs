@@ -31,9 +31,15 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     let Options { amount, method, density, seed, start, most, steps, progress } = options;
     let mut run = Run::new(seed, progress);
     run.tell(Phase::Seeding, 0.0, 0);
-    let (seeds, certified) = seeding::seed(surface, &mut run.evaluations, bounds, SEEDS, seed)?;
+    let (seeds, certified) = match seeding::seed(surface, &mut run, bounds, SEEDS) {
+        Err(e) => match run.stop {
+            Some(why) => return Ok(Samples::none(Status::NotConverged(why.reason().into()), false, &run)),
+            None => return Err(e.into()),
+        },
+        Ok(found) => found,
+    };
     let Some(seeds) = seeds else {
-        return Ok(Samples::empty(certified, &run));
+        return Ok(Samples::none(Status::Empty, certified, &run));
     };
     run.tell(Phase::Seeding, 0.1, seeds.points.len());
     let n = population(&seeds, amount, most)?;
@@ -71,12 +77,33 @@ fn population(seeds: &Seeds<'_>, amount: Amount, most: usize) -> Result<usize, E
     })
 }
 
+/// What evenness a result must have to pass for converged: well below what smooth surfaces reach (.95 and .03), and what is
+/// left where there are creases or features finer than the spacing.
+const POOR_AVERAGE: f64 = 0.85;
+const POOR_VARIATION: f64 = 0.1;
+/// From so many samples on it is measured.
+const MANY: usize = 100;
+
 /// Marks what was not reached.
 fn verify(samples: &mut Samples, amount: Amount) {
     let report = &mut samples.report;
+    if report.status != Status::Converged {
+        return;
+    }
+    let e = &report.evenness;
+    if samples.points.len() >= MANY && (e.rho_avg < POOR_AVERAGE || e.cv > POOR_VARIATION) {
+        report.status = Status::NotConverged(format!(
+            "the samples are uneven: their distances are {:.2} of the densest packing's on average and vary by {:.0} % \
+             ({POOR_AVERAGE} and {:.0} % are the limits); where the surface has details finer than the spacing, ask for more \
+             samples",
+            e.rho_avg,
+            100.0 * e.cv,
+            100.0 * POOR_VARIATION,
+        ));
+    }
     let Amount::Spacing(wanted) = amount else { return };
     let off = report.spacing / wanted - 1.0;
-    if report.status == Status::Converged && off.abs() > 0.05 {
+    if off.abs() > 0.05 {
         report.status = Status::NotConverged(format!(
             "the mean distance between neighbours is {:.4e}, asked for {wanted:.4e}: \
              the surface has room for no other number of samples near it",

@@ -411,3 +411,60 @@ fn a_field_that_fails_says_so() {
     let nan = Analytic::new(|_| (f64::NAN, [f64::NAN; 3]));
     assert_eq!(sample(&nan, &cube_bounds(1.0), count(10)).unwrap().report.status, Status::Empty);
 }
+
+#[test]
+fn a_run_can_be_stopped_while_it_looks_for_the_surface() {
+    let f = sphere([0.0; 3], 1.0);
+    for calls in [1, 3] {
+        let mut called = 0;
+        let mut watch = |p: &isoswarm_particles::Progress| {
+            called += 1;
+            assert!(called <= calls, "called again after it asked to stop");
+            assert!(p.fraction < 0.1 && p.phase == isoswarm_particles::Phase::Seeding, "{p:?}");
+            if called == calls { ControlFlow::Break(Stop::Cancelled) } else { ControlFlow::Continue(()) }
+        };
+        let s = sample(&f, &cube_bounds(1.2), Options { progress: Some(&mut watch), ..count(5000) }).unwrap();
+        assert_eq!(s.report.status, Status::NotConverged("cancelled".into()));
+        assert!(s.points.is_empty());
+    }
+}
+
+#[test]
+fn uneven_samples_do_not_pass_for_converged() {
+    // Spacing .06 on a sheet whose rim bends within .0001: there the samples cannot be even.
+    let f = ellipsoid([1.0, 1.0, 0.01]);
+    let bounds = Aabb::new([-1.1, -1.1, -0.02], [1.1, 1.1, 0.02]);
+    let s = sample(&f, &bounds, count(2000)).unwrap();
+    assert!(s.report.evenness.cv > 0.1, "{:?}", s.report.evenness);
+    let Status::NotConverged(why) = &s.report.status else { panic!("{:?}", s.report.status) };
+    assert!(why.starts_with("the samples are uneven"), "{why}");
+    assert!(s.report.warnings.iter().any(|w| w.contains("bends within less than their spacing")));
+}
+
+#[test]
+fn components_that_the_seeds_cannot_tell_apart_are_counted_in_the_end() {
+    // Cavities of radius .05, each in a ball of radius .075, on a cubic lattice: seeds are about .05 apart.
+    let mut balls = Vec::new();
+    for k in 0..125 {
+        let at = [k % 5, k / 5 % 5, k / 25].map(|c| 0.17 * f64::from(c) - 0.34);
+        balls.push(at);
+    }
+    let f = Analytic::new(move |p| {
+        let nearest =
+            balls.iter().copied().min_by(|a, b| distance(*a, p).total_cmp(&distance(*b, p))).unwrap();
+        let r = distance(nearest, p).max(1e-12);
+        let out = [0, 1, 2].map(|a| (p[a] - nearest[a]) / r);
+        // A shell: outside of .05 and inside of .075.
+        if r > 0.0625 { (r - 0.075, out) } else { (0.05 - r, out.map(|v| -v)) }
+    })
+    .lipschitz(1.0);
+    let s = sample(&f, &cube_bounds(0.5), count(60_000)).unwrap();
+    assert_eq!(s.report.components, 250);
+    let mut of_component = vec![None; 250];
+    for (p, c) in s.points.iter().zip(&s.component) {
+        let key = [0, 1, 2].map(|a| ((p[a] + 0.34) / 0.17).round() as i32);
+        let centre = key.map(|k| 0.17 * f64::from(k) - 0.34);
+        let own = (key, distance(*p, centre) < 0.0625);
+        assert_eq!(*of_component[*c as usize].get_or_insert(own), own, "two pieces in one component");
+    }
+}

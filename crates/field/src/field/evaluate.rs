@@ -199,6 +199,11 @@ impl<'a> Sweep<'a> {
         Self { program, uniforms, batch, rates, rows }
     }
 
+    /// Whether no derivative with respect to parameters or time is other than 0, but for those through leaves.
+    pub(super) fn at_rest(&self) -> bool {
+        self.rates.is_none() && self.rows.is_none()
+    }
+
     /// Fills the target and the adjoints of the leaves; ∂F/∂q has `m` columns.
     pub(super) fn run(&self, target: Target, adjoints: &mut [f64], m: usize) {
         let (d, leaves) = (self.batch.axes, self.batch.leaves);

@@ -12,7 +12,7 @@ use super::{CHUNK, Field, Part};
 use crate::kernel::{Batch, Want, run};
 use crate::model::{Callback, Leaf};
 use crate::tape::Tape;
-use crate::{FieldError, Graph};
+use crate::{FieldError, Graph, MAX_AXES};
 
 /// A leaf and how to compute the coordinates it is called at.
 #[derive(Clone)]
@@ -106,24 +106,24 @@ impl LeafOutputs {
     }
 }
 
-/// (n, width) from the gradients (n, 3) at a leaf's coordinates, given those coordinates' derivatives: into leaf `l`
-/// of (n, L, width).
+/// Adds (n, width) from the gradients (n, 3) at a leaf's coordinates, given those coordinates' derivatives (empty where
+/// all are 0), to leaf `l` of (n, L, width).
 fn through_coordinates<'a>(
     gradient: &[[f64; 3]],
-    jacobian: impl Iterator<Item = &'a Vec<f64>> + Clone,
+    jacobian: impl Iterator<Item = &'a Vec<f64>>,
     out: &mut [f64],
     (count, l, width): (usize, usize, usize),
 ) {
-    for (j, g) in gradient.iter().enumerate() {
-        for a in 0..width {
-            out[(j * count + l) * width + a] =
-                jacobian.clone().zip(g).map(|(column, g)| g * column[j * width + a]).sum();
+    for (i, column) in jacobian.enumerate().filter(|(_, c)| !c.is_empty()) {
+        for (j, (g, slopes)) in gradient.iter().zip(column.chunks_exact(width)).enumerate() {
+            let row = &mut out[(j * count + l) * width..][..width];
+            row.iter_mut().zip(slopes).for_each(|(sum, slope)| *sum += g[i] * slope);
         }
     }
 }
 
 /// One of a leaf's coordinates at each point: its values (n), and as far as they are wanted its derivatives with
-/// respect to the field's coordinates (n, d) and to parameters (n, width).
+/// respect to the field's coordinates (n, d) and to parameters (n, width), or nothing where those are all 0.
 struct Coordinate {
     value: Vec<f64>,
     slope: Vec<f64>,
@@ -142,17 +142,19 @@ impl Coordinate {
             });
             return Self { value, slope: Vec::new(), movement: Vec::new() };
         }
-        let (mut slope, mut movement) = (vec![0.0; n * d], vec![0.0; n * width]);
-        let mut adjoints = vec![0.0; n * leaves];
+        let (mut slope, mut adjoints) = (vec![0.0; n * d], vec![0.0; n * leaves]);
         let (rates, columns) = match wanted {
             Slopes::Rate(rates) => (Some(rates), None),
             Slopes::Parameters { columns, count } if count > 0 => (None, Some(columns)),
             _ => (None, None),
         };
-        let (rate, q) =
-            if rates.is_some() { (Some(&mut movement[..]), None) } else { (None, Some(&mut movement[..])) };
-        let target = Target { value: &mut value, gradient: &mut slope, rate, q: q.filter(|q| !q.is_empty()) };
-        Sweep::new(part, &uniforms, *batch, rates, columns).run(target, &mut adjoints, width);
+        let sweep = Sweep::new(part, &uniforms, *batch, rates, columns);
+        let follows = part.inputs.inputs.iter().any(|&k| k as usize >= MAX_AXES);
+        let moves = width > 0 && (follows || !sweep.at_rest());
+        let mut movement = vec![0.0; if moves { n * width } else { 0 }];
+        let own = moves.then_some(&mut movement[..]);
+        let (rate, q) = if rates.is_some() { (own, None) } else { (None, own) };
+        sweep.run(Target { value: &mut value, gradient: &mut slope, rate, q }, &mut adjoints, width);
         before.chain(&adjoints, &mut slope, (1, 0, d));
         before.chain_parameters(&adjoints, &mut movement, (1, 0, width));
         Self { value, slope, movement }

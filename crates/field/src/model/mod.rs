@@ -1,6 +1,7 @@
 //! The tree that people edit: immutable nodes with a kind, a name, parameters and operands. Text, Python, files
 //! and menus make trees; [`Model::lower`] turns a tree into an expression graph.
 
+pub mod adapters;
 mod arguments;
 mod edit;
 mod kind;

@@ -208,7 +208,8 @@ pub fn node(
         Layout::Fixed | Layout::Function => {}
         Layout::Own => params.push(Param::new("q", 1.5 - numbers().unwrap_or(0.0))),
         Layout::Groups => {
-            let mut all: Vec<Value> = params.iter().map(|p| Value::Number(p.value)).collect();
+            let below = operands.iter().cloned().map(Value::Model);
+            let mut all: Vec<Value> = below.chain(params.iter().map(|p| Value::Number(p.value))).collect();
             for i in 0..3 * kind.group.len() {
                 let spec = &kind.group[i % kind.group.len()];
                 let t = numbers().unwrap_or(0.19 * (i * 3 % 5) as f64);

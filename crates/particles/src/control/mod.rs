@@ -6,11 +6,13 @@ mod fit;
 mod metric;
 mod pin;
 mod solve;
+mod transfer;
 
 pub use drag::{ControlStep, StepOptions, step};
 pub use fit::{Fit, FitOptions, FitProgress, FitProgressFn, FitStatus, Loss, Measure, fit, fit_residuals};
 pub use metric::sensitivity;
 pub use pin::{Guide, Pin};
+pub use transfer::{FieldPoints, Transfer, TransferOptions, carry, transfer, transfer_from};
 
 /// Two unit vectors that span the tangent plane of a surface with gradient `gradient` (any where that is zero).
 pub fn tangents(gradient: [f64; 3]) -> ([f64; 3], [f64; 3]) {

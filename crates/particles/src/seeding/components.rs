@@ -10,9 +10,10 @@ use isoswarm_field::{FieldError, Surface};
 use super::lines::Roots;
 use super::trace::connected;
 use crate::constraint::Walls;
-use crate::neighbors::{Neighbors, Reach};
-use crate::swarm::same_sheet;
-use crate::vector::{V3, distance, dot, norm, unit};
+use crate::neighbors::{Grid, Neighbors, Reach};
+use crate::run::Run;
+use crate::swarm::{Swarm, same_sheet};
+use crate::vector::{V3, distance, dot, norm, sub, unit};
 
 /// Radius within which points with similar normals are connected, in mean spacings.
 const NEAR: f64 = 2.2;
@@ -56,7 +57,7 @@ impl Sets {
 /// The component of each root, numbered in the order of first roots, and the number of components.
 pub(crate) fn label(
     surface: &dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     walls: &Walls,
     roots: &Roots,
     area: f64,
@@ -81,8 +82,7 @@ pub(crate) fn label(
     for round in 0..ROUNDS {
         // The last rounds look farther.
         let radius = if round < ROUNDS / 2 { NEAR } else { FAR } * spacing;
-        if !join_by_walks(surface, count, walls, points, &normals, radius, &mut sets)? && round >= ROUNDS / 2
-        {
+        if !join_by_walks(surface, run, walls, points, &normals, radius, &mut sets)? && round >= ROUNDS / 2 {
             break;
         }
     }
@@ -99,7 +99,7 @@ pub(crate) fn label(
 /// Tries the shortest pairs between sets; whether any were joined.
 fn join_by_walks(
     surface: &dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     walls: &Walls,
     points: &[V3],
     normals: &[V3],
@@ -113,33 +113,141 @@ fn join_by_walks(
     let apart =
         |i: usize, j: usize| i < j && set[i] != set[j] && normals[i] != [0.0; 3] && normals[j] != [0.0; 3];
     let lists = Neighbors::find(points, Reach::Same(radius), apart);
-    let mut shortest: BTreeMap<(u32, u32), Vec<(f64, u32, u32)>> = BTreeMap::new();
+    let mut shortest = Shortest::default();
     for i in 0..points.len() {
-        for &j in lists.of(i) {
-            let (a, b) = (set[i].min(set[j as usize]), set[i].max(set[j as usize]));
-            let row = shortest.entry((a, b)).or_default();
-            row.push((distance(points[i], points[j as usize]), i as u32, j));
-            if row.len() > 8 * WALKS {
-                row.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-                row.truncate(WALKS);
+        lists.of(i).iter().for_each(|&j| shortest.add(points, &set, i as u32, j));
+    }
+    shortest.walk(surface, run, walls, points, normals, sets, WALKS)
+}
+
+/// The shortest pairs of points between each two sets.
+#[derive(Default)]
+struct Shortest(BTreeMap<(u32, u32), Vec<(f64, u32, u32)>>);
+
+impl Shortest {
+    fn add(&mut self, points: &[V3], set: &[u32], i: u32, j: u32) {
+        let (i, j) = (i.min(j), i.max(j));
+        let (a, b) = (set[i as usize], set[j as usize]);
+        let row = self.0.entry((a.min(b), a.max(b))).or_default();
+        row.push((distance(points[i as usize], points[j as usize]), i, j));
+        if row.len() > 8 * WALKS {
+            Self::prune(row);
+        }
+    }
+
+    fn prune(row: &mut Vec<(f64, u32, u32)>) {
+        row.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        row.dedup();
+        row.truncate(WALKS);
+    }
+
+    /// Walks between the ends of the pairs and joins the sets of those that are linked; whether there were any.
+    fn walk(
+        mut self,
+        surface: &dyn Surface,
+        run: &mut Run<'_>,
+        walls: &Walls,
+        points: &[V3],
+        normals: &[V3],
+        sets: &mut Sets,
+        walks: usize,
+    ) -> Result<bool, FieldError> {
+        let mut ends = Vec::new();
+        for row in self.0.values_mut() {
+            Self::prune(row);
+            ends.extend(row.iter().take(walks).map(|&(_, i, j)| (i, j)));
+        }
+        ends.truncate(MOST);
+        let pairs: Vec<[(V3, V3); 2]> =
+            ends.iter().map(|&(i, j)| [i, j].map(|k| (points[k as usize], normals[k as usize]))).collect();
+        let linked = connected(surface, run, walls, &pairs)?;
+        for (k, (i, j)) in ends.into_iter().enumerate() {
+            if linked[k] {
+                sets.join(i, j);
+            }
+        }
+        Ok(linked.contains(&true))
+    }
+}
+
+/// Radius within which floaters on one smooth sheet are connected, in square roots of the mean cell.
+const ADJACENT: f64 = 1.5;
+/// Fewest floaters that make a component of their own where the seeds did not see one.
+const FEWEST: usize = 3;
+
+/// The components of a swarm that is finer than the seeds were: the label of each floater, and how many there are. Sets
+/// of too few floaters to tell belong to the largest one with the same label. `lists` are neighbours on one sheet, `spacing`
+/// the square root of the mean cell.
+pub(crate) fn divide(
+    surface: &dyn Surface,
+    run: &mut Run<'_>,
+    walls: &Walls,
+    swarm: &Swarm,
+    lists: &Neighbors,
+    spacing: f64,
+) -> Result<(Vec<u32>, usize), FieldError> {
+    let Swarm { points, normals, label, .. } = swarm;
+    let n = points.len();
+    let mut sets = Sets::new(n);
+    for i in 0..n {
+        for &j in lists.of(i).iter().filter(|j| **j > i as u32) {
+            let k = j as usize;
+            let r = sub(points[k], points[i]);
+            let d = norm(r);
+            let flat = dot(r, normals[i]).abs().max(dot(r, normals[k]).abs()) < 0.55 * d;
+            if flat && d < ADJACENT * spacing && dot(normals[i], normals[k]) > 0.4 {
+                sets.join(i as u32, j);
             }
         }
     }
-    let mut ends = Vec::new();
-    for row in shortest.values_mut() {
-        row.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        ends.extend(row.iter().take(WALKS).map(|&(_, i, j)| (i, j)));
-    }
-    ends.truncate(MOST);
-    let pairs: Vec<[(V3, V3); 2]> =
-        ends.iter().map(|&(i, j)| [i, j].map(|k| (points[k as usize], normals[k as usize]))).collect();
-    let linked = connected(surface, count, walls, &pairs)?;
-    for (k, (i, j)) in ends.into_iter().enumerate() {
-        if linked[k] {
-            sets.join(i, j);
+    let grid = Grid::new(points, None, NEAR * spacing);
+    for round in 0..ROUNDS {
+        let set: Vec<u32> = (0..n as u32).map(|i| sets.find(i)).collect();
+        let largest = largest_of_labels(&set, label);
+        let radius = if round < ROUNDS / 2 { NEAR } else { FAR } * spacing;
+        // Most sets are single floaters in sharp places, and one walk will do.
+        let walks = if round == 0 { 1 } else { WALKS };
+        let mut shortest = Shortest::default();
+        for i in (0..n).filter(|&i| largest[label[i] as usize] != set[i] && normals[i] != [0.0; 3]) {
+            grid.near(points[i], radius, |j| {
+                let k = j as usize;
+                let apart = set[k] != set[i] && normals[k] != [0.0; 3];
+                if apart && distance(points[i], points[k]) <= radius {
+                    shortest.add(points, &set, i as u32, j);
+                }
+            });
+        }
+        if !shortest.walk(surface, run, walls, points, normals, &mut sets, walks)? && round >= ROUNDS / 2 {
+            break;
         }
     }
-    Ok(linked.contains(&true))
+    let set: Vec<u32> = (0..n as u32).map(|i| sets.find(i)).collect();
+    let largest = largest_of_labels(&set, label);
+    let mut size = vec![0; n];
+    set.iter().for_each(|&s| size[s as usize] += 1);
+    let mut number = BTreeMap::new();
+    let labels = (0..n)
+        .map(|i| {
+            let own = if size[set[i] as usize] < FEWEST { largest[label[i] as usize] } else { set[i] };
+            let next = number.len() as u32;
+            *number.entry(own).or_insert(next)
+        })
+        .collect();
+    Ok((labels, number.len()))
+}
+
+/// For each label its largest set (the first of several).
+fn largest_of_labels(set: &[u32], label: &[u32]) -> Vec<u32> {
+    let mut size = vec![0u32; set.len()];
+    set.iter().for_each(|&s| size[s as usize] += 1);
+    let mut largest = vec![u32::MAX; label.iter().max().map_or(0, |m| *m as usize + 1)];
+    for (&s, &l) in set.iter().zip(label) {
+        let best = &mut largest[l as usize];
+        if *best == u32::MAX || size[s as usize] > size[*best as usize] {
+            *best = s;
+        }
+    }
+    largest
 }
 
 #[cfg(test)]

@@ -6,9 +6,10 @@
 
 use isoswarm_field::{Aabb, FieldError};
 
+use super::look;
 use super::region::Region;
-use crate::constraint::evaluate;
 use crate::rng::Rng;
+use crate::run::Run;
 use crate::vector::{V3, unit};
 
 /// Points along a segment in a box at which F is evaluated before roots are isolated.
@@ -136,7 +137,7 @@ impl Bracket {
 /// Casts `density` lines per area of cross-section and axis through all boxes.
 pub(crate) fn cast(
     region: &Region<'_>,
-    count: &mut u64,
+    run: &mut Run<'_>,
     axes: usize,
     density: f64,
     rng: Rng,
@@ -146,7 +147,7 @@ pub(crate) fn cast(
     for (batch, boxes) in region.boxes.chunks(BATCH).enumerate() {
         let first = batch * BATCH;
         let segments = segments(boxes, first, axes, density, rng, &mut roots.lines);
-        solve(region, count, axes, segments, STATIONS, roots)?;
+        solve(region, run, axes, segments, STATIONS, roots)?;
     }
     let mut area = 0.0;
     for i in before..roots.points.len() {
@@ -164,7 +165,7 @@ pub(crate) fn cast(
 /// order of the lines.
 pub(crate) fn draw(
     region: &Region<'_>,
-    count: &mut u64,
+    run: &mut Run<'_>,
     axes: usize,
     many: usize,
     stations: usize,
@@ -203,7 +204,7 @@ pub(crate) fn draw(
         .collect();
     segments.sort_by_key(|s| s.owner);
     let mut roots = Roots::default();
-    solve(region, count, axes, segments, stations, &mut roots)?;
+    solve(region, run, axes, segments, stations, &mut roots)?;
     let mut of_line: Vec<(u64, u32)> = roots.line.iter().copied().zip(0u32..).collect();
     of_line.sort_unstable();
     let mut out = Vec::new();
@@ -225,16 +226,16 @@ pub(crate) fn draw(
 /// All roots on the segments.
 fn solve(
     region: &Region<'_>,
-    count: &mut u64,
+    run: &mut Run<'_>,
     axes: usize,
     mut brackets: Vec<Bracket>,
     stations: usize,
     roots: &mut Roots,
 ) -> Result<(), FieldError> {
-    let hidden = isolate(region, count, &mut brackets, stations)?;
+    let hidden = isolate(region, run, &mut brackets, stations)?;
     brackets.extend(hidden);
     brackets.sort_by_key(|b| b.owner);
-    refine(region, count, brackets, axes, roots)
+    refine(region, run, brackets, axes, roots)
 }
 
 /// Segments of lines through the boxes, at quasi-random places in each cross-section.
@@ -284,7 +285,7 @@ fn segments(
 /// Replaces segments by brackets around sign changes; gives those that hide between equal signs.
 fn isolate(
     region: &Region<'_>,
-    count: &mut u64,
+    run: &mut Run<'_>,
     segments: &mut Vec<Bracket>,
     stations: usize,
 ) -> Result<Vec<Bracket>, FieldError> {
@@ -292,7 +293,7 @@ fn isolate(
     let points: Vec<V3> =
         segments.iter().flat_map(|s| (0..stations).map(move |k| s.point(station(s, k)))).collect();
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
-    evaluate(region.surface(), count, &points, &mut value, &mut gradient)?;
+    look(region.surface(), run, &points, &mut value, &mut gradient)?;
     let (mut found, mut doubtful) = (Vec::new(), Vec::new());
     for (i, s) in segments.iter().enumerate() {
         for k in 0..stations - 1 {
@@ -316,7 +317,7 @@ fn isolate(
     }
     // One look at the place where the roots should hide.
     let points: Vec<V3> = doubtful.iter().map(|(b, t)| b.point(*t)).collect();
-    evaluate(region.surface(), count, &points, &mut value, &mut gradient)?;
+    look(region.surface(), run, &points, &mut value, &mut gradient)?;
     let mut hidden = Vec::new();
     for (k, (b, t)) in doubtful.into_iter().enumerate() {
         let slope = gradient[k][b.axis as usize];
@@ -331,7 +332,7 @@ fn isolate(
 /// Shrinks every bracket around its root and files the roots.
 fn refine(
     region: &Region<'_>,
-    count: &mut u64,
+    run: &mut Run<'_>,
     mut brackets: Vec<Bracket>,
     axes: usize,
     roots: &mut Roots,
@@ -340,7 +341,7 @@ fn refine(
     for round in 0..REFINEMENTS {
         let guesses: Vec<f64> = brackets.iter().map(Bracket::guess).collect();
         let points: Vec<V3> = brackets.iter().zip(&guesses).map(|(b, &t)| b.point(t)).collect();
-        evaluate(region.surface(), count, &points, &mut value, &mut gradient)?;
+        look(region.surface(), run, &points, &mut value, &mut gradient)?;
         let last = round + 1 == REFINEMENTS;
         let mut open = Vec::with_capacity(if last { 0 } else { brackets.len() });
         for (k, b) in brackets.into_iter().enumerate() {

@@ -14,18 +14,24 @@ mod trace;
 
 use isoswarm_field::{Aabb, FieldError, Surface};
 
-use crate::constraint::Walls;
-use crate::neighbors::Grid;
+use crate::constraint::{Walls, evaluate};
+use crate::neighbors::{Grid, Neighbors, Reach};
+use crate::options::Phase;
 use crate::population::linear;
 use crate::rng::{Rng, Stream};
+use crate::run::Run;
 use crate::swarm::{Swarm, same_sheet};
 use crate::vector::{V3, distance, norm};
+pub(crate) use components::divide;
 pub(crate) use lines::{Roots, cast, draw};
 use rayon::prelude::*;
 pub(crate) use region::Region;
 
 /// Boxes to aim at: enough to isolate small parts, few enough to take milliseconds.
 const BOXES: usize = 6_000;
+
+/// Turn of the normal (radians, about) from seed to seed beyond which pieces of surface next to each other are taken for one.
+const BENT: f64 = 0.4;
 
 /// What is known of a surface before any floater moves.
 pub(crate) struct Seeds<'s> {
@@ -45,6 +51,8 @@ pub(crate) struct Seeds<'s> {
     pub(crate) area: f64,
     /// The same for each component; for those that no line met from the extent of what was found.
     pub(crate) label_area: Vec<f64>,
+    /// How much the normal turns per length, on average over neighbours: 1/r on a sphere.
+    pub(crate) bend: f64,
     /// Gradients up to this length count as zero.
     pub(crate) least: f64,
     /// Whether intervals vouch for all of it: see [`Report::certified`](crate::Report).
@@ -53,22 +61,48 @@ pub(crate) struct Seeds<'s> {
     pub(crate) walls: Walls,
 }
 
+/// Points that are evaluated between two reports to the run.
+const WATCHED: usize = 1 << 13;
+
+/// F and ∂F/∂x at many points, with reports in between. Fails as soon as the run is asked to stop: its `stop` says why.
+fn look(
+    surface: &dyn Surface,
+    run: &mut Run<'_>,
+    points: &[V3],
+    value: &mut Vec<f64>,
+    gradient: &mut Vec<V3>,
+) -> Result<(), FieldError> {
+    value.clear();
+    gradient.clear();
+    let (mut some, mut slopes) = (Vec::new(), Vec::new());
+    for part in points.chunks(WATCHED) {
+        // How much there is to look at is not known: the first tenth of the way is never quite gone.
+        let done = run.evaluations as f64;
+        if !run.tell(Phase::Seeding, 0.1 * done / (done + 1e5), 0) {
+            return Err(FieldError::Invalid("the search for the surface was stopped".into()));
+        }
+        evaluate(surface, &mut run.evaluations, part, &mut some, &mut slopes)?;
+        value.extend_from_slice(&some);
+        gradient.extend_from_slice(&slopes);
+    }
+    Ok(())
+}
+
 /// Looks for the surface in the bounds; `aim` is the number of uniform points wanted (about; at least some thousand
 /// are drawn). `None` where there is no surface.
 pub(crate) fn seed<'s>(
     surface: &'s dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     bounds: &Aabb,
     aim: usize,
-    seed: u64,
 ) -> Result<(Option<Seeds<'s>>, bool), FieldError> {
     let walls = Walls::new(bounds, surface.axes());
     let bounds = &Aabb::new(walls.lo, walls.hi);
-    let region = region::find(surface, count, bounds, walls.axes, BOXES)?;
+    let region = region::find(surface, run, bounds, walls.axes, BOXES)?;
     if region.boxes.is_empty() {
         return Ok((None, region.certified));
     }
-    let rng = Rng::new(seed, Stream::Lines);
+    let rng = Rng::new(run.seed, Stream::Lines);
     let mut roots = Roots::default();
     let cross = |b: &Aabb| {
         let s: Vec<f64> = (0..walls.axes).map(|a| b.hi[a] - b.lo[a]).collect();
@@ -78,31 +112,36 @@ pub(crate) fn seed<'s>(
     // Few boxes (a small or simple surface) get several lines each.
     let per_box = (BOXES as f64 / region.boxes.len() as f64).clamp(1.0, 64.0);
     let first = per_box / mean_cross;
-    cast(&region, count, walls.axes, first, rng.child(0), &mut roots)?;
+    cast(&region, run, walls.axes, first, rng.child(0), &mut roots)?;
     let mut area = roots.area;
     if roots.kept() > 0 && (roots.kept() as f64) < 1.25 * aim as f64 {
         let more = (1.4 * aim as f64 / area - first).max(0.2 * first);
-        cast(&region, count, walls.axes, more, rng.child(1), &mut roots)?;
+        cast(&region, run, walls.axes, more, rng.child(1), &mut roots)?;
         area = (roots.area - area) * more / (first + more) + area * first / (first + more);
     }
     let least = 1e-12 * scale_of(&roots.gradients);
-    let doubt = probes::search(surface, &region, count, &walls, least, &mut roots)?;
+    let doubt = probes::search(surface, &region, run, &walls, least, &mut roots)?;
     if roots.points.is_empty() {
         return Ok((None, region.certified && doubt == 0));
     }
     let certified = region.certified && doubt == 0;
-    let (mut label, mut components) = components::label(surface, count, &walls, &roots, area, least)?;
+    let (mut label, mut components) = components::label(surface, run, &walls, &roots, area, least)?;
     let (mut order, uniform) = roots.uniform_first();
     components = drop_touching(&walls, &roots, &mut order, &mut label, components);
     if components == 0 {
         return Ok((None, certified));
     }
+    let normals: Vec<V3> = order.iter().map(|&i| crate::vector::unit(roots.gradients[i])).collect();
+    let points: Vec<V3> = order.iter().map(|&i| roots.points[i]).collect();
+    let bend =
+        bend(&points[..uniform], &normals[..uniform], linear(area / uniform.max(1) as f64, walls.axes));
     let label_area = areas(&walls, &roots, &order, &label, components, area);
     Ok((
         Some(Seeds {
             label_area,
-            points: order.iter().map(|&i| roots.points[i]).collect(),
-            normals: order.iter().map(|&i| crate::vector::unit(roots.gradients[i])).collect(),
+            points,
+            normals,
+            bend,
             label: order.iter().map(|&i| label[i]).collect(),
             uniform,
             components,
@@ -117,6 +156,13 @@ pub(crate) fn seed<'s>(
 }
 
 impl Seeds<'_> {
+    /// Whether the surface bends so much from seed to seed that `n` floaters, which are more, may tell apart what the
+    /// seeds could not.
+    pub(crate) fn too_coarse_for(&self, n: usize) -> bool {
+        let apart = linear(self.area / self.uniform.max(1) as f64, self.walls.axes);
+        n > 2 * self.uniform && self.bend * apart > BENT
+    }
+
     /// The seeds that are uniform by area.
     pub(crate) fn uniform_swarm(&self) -> Swarm {
         let mut swarm = Swarm::default();
@@ -155,6 +201,20 @@ impl Seeds<'_> {
             })
             .collect()
     }
+}
+
+/// How much the normal turns per length, on average over neighbours within `radius`.
+fn bend(points: &[V3], normals: &[V3], radius: f64) -> f64 {
+    let keep = |i: usize, j: usize| same_sheet(points[i], points[j], normals[i], normals[j]);
+    let lists = Neighbors::find(points, Reach::Same(radius), keep);
+    let (mut turn, mut way) = (0.0, 0.0);
+    for i in 0..points.len() {
+        for &j in lists.of(i) {
+            turn += distance(normals[i], normals[j as usize]);
+            way += distance(points[i], points[j as usize]);
+        }
+    }
+    if way > 0.0 { turn / way } else { 0.0 }
 }
 
 fn areas(

@@ -3,9 +3,11 @@
 use isoswarm_field::{Aabb, FieldError, Surface};
 
 use super::lines::Roots;
+use super::look;
 use super::region::Region;
-use crate::constraint::{Walls, evaluate};
+use crate::constraint::Walls;
 use crate::neighbors::Grid;
+use crate::run::Run;
 use crate::vector::{V3, norm};
 
 /// Newton steps from the middle of a box.
@@ -22,7 +24,7 @@ const MOST: usize = 1024;
 pub(crate) fn search(
     surface: &dyn Surface,
     region: &Region<'_>,
-    count: &mut u64,
+    run: &mut Run<'_>,
     walls: &Walls,
     least: f64,
     roots: &mut Roots,
@@ -31,7 +33,7 @@ pub(crate) fn search(
     roots.owner.iter().for_each(|&o| explained[o as usize] = true);
     let bare: Vec<u32> = (0..region.boxes.len() as u32).filter(|&b| !explained[b as usize]).collect();
     let boxes: Vec<Aabb> = bare.iter().map(|&b| region.boxes[b as usize]).collect();
-    let found = newton_from_centres(region.surface(), count, &boxes, walls, least)?;
+    let found = newton_from_centres(region.surface(), run, &boxes, walls, least)?;
     for (k, root) in found.into_iter().enumerate() {
         if let Some((p, g)) = root {
             roots.push(p, g, bare[k], false, u64::MAX);
@@ -50,7 +52,7 @@ pub(crate) fn search(
         if parts.boxes.is_empty() {
             continue;
         }
-        let found = newton_from_centres(parts.evaluate.as_ref(), count, &parts.boxes, walls, least)?;
+        let found = newton_from_centres(parts.evaluate.as_ref(), run, &parts.boxes, walls, least)?;
         let before = roots.points.len();
         for (p, g) in found.into_iter().flatten() {
             roots.push(p, g, b, false, u64::MAX);
@@ -63,7 +65,7 @@ pub(crate) fn search(
 /// For each box the point of the surface in it that Newton's method reaches from its middle, with the gradient there.
 fn newton_from_centres(
     surface: &dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     boxes: &[Aabb],
     walls: &Walls,
     least: f64,
@@ -73,7 +75,7 @@ fn newton_from_centres(
     let mut points: Vec<V3> = boxes.iter().map(|b| [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]))).collect();
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
     for _ in 0..STEPS {
-        evaluate(surface, count, &points, &mut value, &mut gradient)?;
+        look(surface, run, &points, &mut value, &mut gradient)?;
         let (mut still, mut next) = (Vec::new(), Vec::new());
         for (k, &i) in active.iter().enumerate() {
             let b = &boxes[i as usize];

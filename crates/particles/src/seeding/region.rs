@@ -2,7 +2,8 @@
 
 use isoswarm_field::{Aabb, FieldError, Surface};
 
-use crate::constraint::evaluate;
+use super::look;
+use crate::run::Run;
 use crate::vector::{V3, norm};
 
 /// Boxes, and how to evaluate the field in them.
@@ -34,14 +35,14 @@ impl Region<'_> {
 /// About `aim` boxes that together contain the surface.
 pub(crate) fn find<'s>(
     surface: &'s dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     bounds: &Aabb,
     axes: usize,
     aim: usize,
 ) -> Result<Region<'s>, FieldError> {
     match by_intervals(surface, bounds, axes, aim) {
         Some(region) => Ok(region),
-        None => by_samples(surface, count, bounds, axes, aim),
+        None => by_samples(surface, run, bounds, axes, aim),
     }
 }
 
@@ -78,7 +79,7 @@ fn by_intervals<'s>(surface: &'s dyn Surface, bounds: &Aabb, axes: usize, aim: u
 /// |F|/|∇F|, than half again their half diagonal.
 fn by_samples<'s>(
     surface: &'s dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     bounds: &Aabb,
     axes: usize,
     aim: usize,
@@ -107,7 +108,7 @@ fn by_samples<'s>(
         }
     }
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
-    evaluate(surface, count, &centres(&boxes), &mut value, &mut gradient)?;
+    look(surface, run, &centres(&boxes), &mut value, &mut gradient)?;
     let stride = [1, cells(0), cells(0) * cells(1)];
     let mut keep: Vec<bool> =
         (0..boxes.len()).map(|i| value[i].abs() <= 1.5 * half_diagonal * norm(gradient[i])).collect();
@@ -128,7 +129,7 @@ fn by_samples<'s>(
             break;
         }
         let (children, closer) = halve(&kept, axes);
-        evaluate(surface, count, &centres(&children), &mut value, &mut gradient)?;
+        look(surface, run, &centres(&children), &mut value, &mut gradient)?;
         let half_diagonal = 0.5 * children.first().map_or(0.0, Aabb::diagonal);
         let near = |i: usize| value[i].abs() <= 2.0 * half_diagonal * norm(gradient[i]);
         let family = 1 << axes;

@@ -2,7 +2,9 @@
 
 use isoswarm_field::{FieldError, Surface};
 
-use crate::constraint::{Walls, evaluate};
+use super::look;
+use crate::constraint::Walls;
+use crate::run::Run;
 use crate::vector::{V3, along, cross, distance, dot, frame, norm, scale, sub, unit};
 
 /// Most evaluations of a walk.
@@ -31,7 +33,7 @@ struct Walk {
 /// length. All walks advance together, so the field is evaluated for many points at a time.
 pub(crate) fn connected(
     surface: &dyn Surface,
-    count: &mut u64,
+    run: &mut Run<'_>,
     walls: &Walls,
     pairs: &[[(V3, V3); 2]],
 ) -> Result<Vec<bool>, FieldError> {
@@ -47,7 +49,7 @@ pub(crate) fn connected(
         let mut place: Vec<V3> = walks.iter().map(|w| along(w.at, w.step, w.tangent)).collect();
         let mut ahead = Vec::new();
         for round in 0..2 {
-            evaluate(surface, count, &place, &mut value, &mut gradient)?;
+            look(surface, run, &place, &mut value, &mut gradient)?;
             if round == 0 {
                 ahead.clone_from(&gradient);
             }
@@ -59,7 +61,7 @@ pub(crate) fn connected(
                 place[k] = along(place[k], short, step);
             }
         }
-        evaluate(surface, count, &place, &mut value, &mut gradient)?;
+        look(surface, run, &place, &mut value, &mut gradient)?;
         let mut next = Vec::with_capacity(walks.len());
         for (k, w) in walks.into_iter().enumerate() {
             if let Some(w) = advance(w, place[k], value[k], gradient[k], ahead[k], walls, &mut linked) {

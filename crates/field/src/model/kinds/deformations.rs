@@ -20,16 +20,17 @@ const fn angle(name: &'static str, doc: &'static str) -> ParamSpec {
     ParamSpec::new(name, 0.0, "angle", doc)
 }
 
-const AXIS: ParamSpec = ParamSpec::new("axis", 2.0, "index", "0: x, 1: y, 2: z.").within(0.0, 2.0).discrete();
+pub(super) const AXIS: ParamSpec =
+    ParamSpec::new("axis", 2.0, "index", "0: x, 1: y, 2: z.").within(0.0, 2.0).discrete();
 
 /// The coordinates with `axis` last, the others in cyclic order.
-fn along(at: [Node; 3], axis: i64) -> [Node; 3] {
+pub(super) fn along(at: [Node; 3], axis: i64) -> [Node; 3] {
     let a = axis as usize;
     [at[(a + 1) % 3], at[(a + 2) % 3], at[a]]
 }
 
 /// Undoes [`along`].
-fn back(v: [Node; 3], axis: i64) -> [Node; 3] {
+pub(super) fn back(v: [Node; 3], axis: i64) -> [Node; 3] {
     let a = axis as usize;
     let mut at = v;
     at[(a + 1) % 3] = v[0];
@@ -85,25 +86,55 @@ fn repeated(g: &mut Graph, v: Node, p: Node, count: i64) -> Node {
 
 /// Barr's bend: the x axis becomes a circle of radius 1/k around (0, 1/k). The point before the bend is
 /// (atan2(kx, 1 − ky)/k, (2y − k(x² + y²))/(1 + √((kx)² + (1 − ky)²))).
-fn bend(l: &mut Lower, c: &Call) -> Result<Node, FieldError> {
-    let axis = c.discrete(1);
-    let [x, y, z] = along(c.at, axis);
-    let g = &mut l.graph;
-    let k = c.p[0];
-    let (one, two, small) = (g.constant(1.0), g.constant(2.0), g.constant(1e-8));
-    let (kx, ky, size) = (g.mul(k, x), g.mul(k, y), g.abs(k));
+pub(super) fn bent(g: &mut Graph, at: [Node; 3], k: Node, axis: i64) -> [Node; 3] {
+    let [x, y, z] = along(at, axis);
+    let (one, two, small, least) = (g.constant(1.0), g.constant(2.0), g.constant(1e-2), g.constant(1e-3));
+    let (kx, ky) = (g.mul(k, x), g.mul(k, y));
     let level = g.sub(one, ky);
-    // Almost straight: atan2(kx, 1 − ky)/k = x (1 + ky) + O(k²), and k does not divide.
+    let (squared, radius) = (g.dot(&[x, y], &[x, y]), g.length(&[kx, level]));
+    // Almost straight, k²(x² + y²) < .01: the angle is 2 atan(w), w = kx/(|(kx, 1 − ky)| + 1 − ky), and w/k and
+    // atan(w)/w need no division by k; so k = 0 is no special place.
+    let k_squared = g.square(k);
+    let size = g.mul(k_squared, squared);
+    let sum = g.add(radius, level);
+    let sum = g.max(sum, least);
+    let (w, straight) = (g.div(kx, sum), g.div(x, sum));
+    let w_squared = g.square(w);
+    let mut series = g.constant(1.0 / 13.0);
+    for odd in [11.0, 9.0, 7.0, 5.0, 3.0, 1.0] {
+        let term = g.mul(w_squared, series);
+        let first = g.constant(1.0 / odd);
+        series = g.sub(first, term);
+    }
+    let near = g.mul(straight, series);
+    let near = g.mul(two, near);
     let divisor = g.select(size, small, one, k);
     let turn = g.atan2(kx, level);
-    let (far, near) = (g.div(turn, divisor), g.add(one, ky));
-    let near = g.mul(x, near);
+    let far = g.div(turn, divisor);
     let u = g.select(size, small, near, far);
-    let (squared, radius) = (g.dot(&[x, y], &[x, y]), g.length(&[kx, level]));
     let (twice, sag, below) = (g.mul(two, y), g.mul(k, squared), g.add(one, radius));
     let above = g.sub(twice, sag);
     let v = g.div(above, below);
-    l.moved(c, back([u, v, z], axis))
+    back([u, v, z], axis)
+}
+
+/// The point turned back about the axis by `rate` times its height.
+pub(super) fn twisted(g: &mut Graph, at: [Node; 3], rate: Node, axis: i64) -> [Node; 3] {
+    let [x, y, z] = along(at, axis);
+    let t = g.mul(rate, z);
+    let [x, y] = turned_back(g, [x, y], t);
+    back([x, y, z], axis)
+}
+
+/// The point drawn to the axis by the factor that belongs to its height.
+pub(super) fn tapered(g: &mut Graph, at: [Node; 3], rate: Node, axis: i64) -> [Node; 3] {
+    let [x, y, z] = along(at, axis);
+    let (one, least) = (g.constant(1.0), g.constant(0.01));
+    let grown = g.mul(rate, z);
+    let s = g.add(one, grown);
+    let s = g.max(s, least);
+    let (x, y) = (g.div(x, s), g.div(y, s));
+    back([x, y, z], axis)
 }
 
 pub const KINDS: &[Kind] = &[
@@ -241,11 +272,8 @@ pub const KINDS: &[Kind] = &[
             AXIS,
         ],
         build: |l, c| {
-            let axis = c.discrete(1);
-            let [x, y, z] = along(c.at, axis);
-            let t = l.graph.mul(c.p[0], z);
-            let [x, y] = turned_back(&mut l.graph, [x, y], t);
-            l.moved(c, back([x, y, z], axis))
+            let at = twisted(&mut l.graph, c.at, c.p[0], c.discrete(1));
+            l.moved(c, at)
         },
         ..DEFORMATION
     },
@@ -255,7 +283,10 @@ pub const KINDS: &[Kind] = &[
               that turns about the axis.",
         formula: "f(atan2(kx, 1 − ky)/k, 1/k − |(x, 1/k − y)|, z), k = rate",
         params: &[ParamSpec::new("rate", 0.5, "angle/length", "Curvature of the arc; 0: straight."), AXIS],
-        build: bend,
+        build: |l, c| {
+            let at = bent(&mut l.graph, c.at, c.p[0], c.discrete(1));
+            l.moved(c, at)
+        },
         ..DEFORMATION
     },
     Kind {
@@ -264,15 +295,8 @@ pub const KINDS: &[Kind] = &[
         formula: "f(x/s, y/s, z), s = max(1 + rate · z, 0.01)",
         params: &[ParamSpec::new("rate", 0.1, "1/length", "Change of the factor per unit of length."), AXIS],
         build: |l, c| {
-            let axis = c.discrete(1);
-            let [x, y, z] = along(c.at, axis);
-            let g = &mut l.graph;
-            let (one, least) = (g.constant(1.0), g.constant(0.01));
-            let grown = g.mul(c.p[0], z);
-            let s = g.add(one, grown);
-            let s = g.max(s, least);
-            let (x, y) = (g.div(x, s), g.div(y, s));
-            l.moved(c, back([x, y, z], axis))
+            let at = tapered(&mut l.graph, c.at, c.p[0], c.discrete(1));
+            l.moved(c, at)
         },
         ..DEFORMATION
     },

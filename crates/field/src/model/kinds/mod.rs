@@ -1,5 +1,6 @@
 //! The table of kinds.
 
+mod about;
 mod atoms;
 mod blends;
 mod blobs;
@@ -20,7 +21,7 @@ use super::kind::Kind;
 pub use reference::kinds_markdown;
 
 static TABLE: LazyLock<Vec<Kind>> = LazyLock::new(|| {
-    let parts: [&[Kind]; 9] = [
+    let parts: [&[Kind]; 10] = [
         atoms::KINDS,
         formulas::KINDS,
         shapes::KINDS,
@@ -30,6 +31,7 @@ static TABLE: LazyLock<Vec<Kind>> = LazyLock::new(|| {
         csg::KINDS,
         blends::KINDS,
         deformations::KINDS,
+        about::KINDS,
     ];
     parts.concat()
 });

@@ -1,5 +1,6 @@
 //! Tests of the table, of shapes and operators, of parameters, and of limits.
 
+mod adapters;
 mod limits;
 mod operators;
 mod parameters;

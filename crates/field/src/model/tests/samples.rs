@@ -113,10 +113,11 @@ pub fn one_of_each() -> Vec<Model> {
             Layout::Function => params = Ball.parameters(),
             Layout::Own => params.push(Param::new("q", 1.5)),
             Layout::Groups => {
+                let below = operands.iter().cloned().map(Value::Model);
                 let numbers = params.iter().map(|p| Value::Number(p.value));
                 let groups = (0..2 * k.group.len()).map(|i| Value::Number(0.1 + 0.13 * i as f64));
-                params =
-                    Model::call(k.name, numbers.chain(groups).collect(), vec![]).unwrap().params().to_vec();
+                let all = below.chain(numbers).chain(groups).collect();
+                params = Model::call(k.name, all, vec![]).unwrap().params().to_vec();
             }
             Layout::Monomials => {
                 let named = |(i, e): (usize, &[u8; 3])| Param::new(coefficient_name(*e), 0.1 * i as f64);
@@ -180,7 +181,8 @@ fn grow(source: &mut dyn Iterator<Item = u8>, depth: usize, pool: &mut Vec<Model
         }
     }
     if k.layout == Layout::Groups {
-        let all: Vec<Value> = params.iter().map(|p| Value::Number(p.value)).collect();
+        let below = operands.iter().cloned().map(Value::Model);
+        let all: Vec<Value> = below.chain(params.iter().map(|p| Value::Number(p.value))).collect();
         let group = numbers.iter().chain(&numbers).take(k.group.len()).map(|v| Value::Number(*v));
         params =
             Model::call(k.name, all.into_iter().chain(group).collect(), vec![]).unwrap().params().to_vec();

@@ -62,10 +62,9 @@ pub(crate) fn run(
     let mut iterations = 0;
     let status = loop {
         let (rms, largest, _) = run.state.summary(&run.problem);
-        if let Some(progress) = options.progress.as_mut() {
-            if progress(&FitProgress { iteration: iterations, rms, largest }).is_break() {
-                break FitStatus::Cancelled;
-            }
+        let report = FitProgress { iteration: iterations, rms, largest };
+        if options.progress.as_mut().is_some_and(|progress| progress(&report).is_break()) {
+            break FitStatus::Cancelled;
         }
         if largest <= ROUNDING * run.problem.diagonal() {
             break FitStatus::Exact;

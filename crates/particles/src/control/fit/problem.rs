@@ -80,7 +80,7 @@ impl<'a> Problem<'a> {
         }
         let wanted = |i: usize| self.weight(i) > 0.0;
         let slopes = matches!(self.measure, Measure::Distance);
-        let fine = |i: usize| off[i].is_finite() && !(slopes && !gradient[i].iter().all(|v| v.is_finite()));
+        let fine = |i: usize| off[i].is_finite() && (!slopes || gradient[i].iter().all(|v| v.is_finite()));
         if let Some(i) = (0..n).find(|&i| wanted(i) && !fine(i)) {
             return Ok(Err(i));
         }
