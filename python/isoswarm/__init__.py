@@ -16,10 +16,13 @@ from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, di
 from isoswarm.errors import *  # noqa: F403
 from isoswarm.errors import __all__ as _errors
 from isoswarm.field import Field, Operand, Parameter, Parameters
+from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
 from isoswarm.molecules import Atoms, molecule, read_atoms
+from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
+from isoswarm.scene import Scene
 from isoswarm.shapes import *  # noqa: F403
 from isoswarm.shapes import __all__ as _shapes
 from isoswarm.special import *  # noqa: F403
@@ -29,13 +32,22 @@ __all__ = [
     "Atoms",
     "DerivativeCheck",
     "Diagnosis",
+    "DragResult",
     "Evenness",
     "Field",
+    "FitResult",
+    "Floaters",
+    "Moment",
+    "Node",
     "Operand",
     "Parameter",
     "Parameters",
+    "Pin",
     "Report",
     "Samples",
+    "Scene",
+    "SceneParameter",
+    "SceneParameters",
     "__version__",
     "check_derivatives",
     "diagnose",

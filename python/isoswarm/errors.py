@@ -5,14 +5,17 @@ from __future__ import annotations
 __all__ = [
     "CallbackError",
     "ConvergenceError",
+    "EmptySurfaceError",
     "EmptySurfaceWarning",
     "FileFormatError",
     "IsoswarmError",
     "ParseError",
     "SamplingWarning",
+    "SceneStateError",
     "TooFewError",
     "TooLargeError",
     "UnknownParameterError",
+    "UnknownPinError",
 ]
 
 
@@ -81,6 +84,21 @@ class UnknownParameterError(IsoswarmError, KeyError):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class UnknownPinError(IsoswarmError, KeyError):
+    """A number or name that no pin of the scene has; the message lists those there are."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class EmptySurfaceError(IsoswarmError, ValueError):
+    """A change that would leave a scene without a surface in its bounds; the scene is as it was."""
+
+
+class SceneStateError(IsoswarmError, ValueError):
+    """What the scene cannot do now, such as undo where nothing was done; the scene is as it was."""
 
 
 class ConvergenceError(IsoswarmError, RuntimeError):

@@ -5,18 +5,18 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 import numpy as np
 
 from isoswarm import _core
 from isoswarm._arrays import as_bounds
+from isoswarm._files import read_text
 from isoswarm.callbacks import BatchFunction, Checked, as_parameters, checked
 from isoswarm.field import Field
+from isoswarm.scene import Scene
 
 __all__ = ["from_function", "load", "parse"]
-
-MOST_BYTES = 256 << 20
 
 
 def parse(text: str, *, axes: int = 3, **parameters: SupportsFloat) -> Field:
@@ -143,8 +143,8 @@ def _padded(slope: Checked) -> Checked:
     return lambda X, q: np.pad(slope(X, q), ((0, 0), (0, 1)))
 
 
-def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = None) -> Field:
-    """Read a model from a file.
+def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = None) -> Any:
+    """Read a model, or a scene, from a file.
 
     Parameters
     ----------
@@ -153,6 +153,11 @@ def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = N
     functions : mapping, optional
         The fields, made with :func:`from_function`, that the file refers to by name. Their parameters get the values in
         the file.
+
+    Returns
+    -------
+    Field or Scene
+        What the file says it is: what :meth:`Field.save` or :meth:`Scene.save` wrote.
 
     Raises
     ------
@@ -166,14 +171,10 @@ def load(path: str | os.PathLike[str], functions: Mapping[str, Field] | None = N
     name = file.name.lower()
     if not name.endswith((".vm", ".iso.json")):
         raise ValueError(f"{file}: expected a file that ends in .vm or .iso.json")
-    if not file.is_file():
-        raise FileNotFoundError(f"no model at {file}")
-    if file.stat().st_size > MOST_BYTES:
-        raise ValueError(f"{file} has {file.stat().st_size:,} bytes; at most {MOST_BYTES:,} are read")
-    try:
-        text = file.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{file}: expected text in UTF-8, given something else at byte {error.start}") from None
+    text = read_text(file, "model")
     if name.endswith(".vm"):
         return Field(_core.Model.from_vm(text))
-    return Field(_core.Model.from_json(text, [(key, f._model) for key, f in (functions or {}).items()]))
+    named = [(key, f._model) for key, f in (functions or {}).items()]
+    if _core.format_of(text) == "isoswarm scene":
+        return Scene._of(_core.Scene.from_json(text, named))
+    return Field(_core.Model.from_json(text, named))

@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use isoswarm_field::FieldError;
 use isoswarm_geometry::GeometryError;
 use isoswarm_particles::Error as ParticlesError;
+use isoswarm_scene::Error as SceneError;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyIsADirectoryError, PyKeyboardInterrupt, PyOSError, PyPermissionError, PyValueError,
 };
@@ -12,11 +13,14 @@ use pyo3::prelude::*;
 use crate::callback;
 
 pyo3::import_exception!(isoswarm.errors, CallbackError);
+pyo3::import_exception!(isoswarm.errors, EmptySurfaceError);
 pyo3::import_exception!(isoswarm.errors, FileFormatError);
 pyo3::import_exception!(isoswarm.errors, ParseError);
+pyo3::import_exception!(isoswarm.errors, SceneStateError);
 pyo3::import_exception!(isoswarm.errors, TooFewError);
 pyo3::import_exception!(isoswarm.errors, TooLargeError);
 pyo3::import_exception!(isoswarm.errors, UnknownParameterError);
+pyo3::import_exception!(isoswarm.errors, UnknownPinError);
 
 /// A [`FieldError`] as an exception.
 pub fn field(error: FieldError) -> PyErr {
@@ -42,6 +46,22 @@ pub fn particles(error: ParticlesError) -> PyErr {
             callback::raised().unwrap_or_else(|| CallbackError::new_err(message))
         }
         ParticlesError::Field(error) => field(error),
+    }
+}
+
+/// A [`SceneError`] as an exception.
+pub fn scene(error: SceneError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        SceneError::Field(error) => field(error),
+        SceneError::Particles(error) => particles(error),
+        SceneError::NoPin { .. } => UnknownPinError::new_err(message),
+        SceneError::Vanished { .. } => EmptySurfaceError::new_err(message),
+        SceneError::Nothing(_) => SceneStateError::new_err(message),
+        SceneError::File { line, .. } => FileFormatError::new_err((message, line)),
+        SceneError::FarPin { .. } | SceneError::Unbounded | SceneError::Option { .. } => {
+            PyValueError::new_err(message)
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 //! isoswarm-field for Python: models, evaluation, files.
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use isoswarm_field::model::{self, Payload, Value, kinds_json};
@@ -24,12 +24,28 @@ pub struct Model {
     bounds: OnceLock<Option<Aabb>>,
 }
 
-type Parameter = (String, f64, bool, f64, f64, f64, bool, &'static str);
-type Corners = ([f64; 3], [f64; 3]);
+/// (path, value, frozen, lowest, highest, scale, discrete, unit).
+pub type Parameter = (String, f64, bool, f64, f64, f64, bool, &'static str);
+pub type Corners = ([f64; 3], [f64; 3]);
+
+/// A parameter as Python's `Parameters` takes it.
+pub fn parameter(p: model::ParamInfo) -> Parameter {
+    (p.path, p.value, p.frozen, p.bounds.0, p.bounds.1, p.scale, p.discrete, p.unit)
+}
 
 impl Model {
     fn of(tree: model::Model) -> Self {
         Self { tree, compiled: OnceLock::new(), bounds: OnceLock::new() }
+    }
+
+    /// A tree with its field, which has the same values.
+    pub fn compiled(tree: model::Model, field: Field) -> Self {
+        Self { compiled: OnceLock::from(Arc::new(field)), ..Self::of(tree) }
+    }
+
+    /// The tree.
+    pub fn tree(&self) -> &model::Model {
+        &self.tree
     }
 
     fn made(tree: Result<model::Model, FieldError>) -> PyResult<Self> {
@@ -105,6 +121,21 @@ fn function_of(tree: &model::Model) -> Option<Arc<dyn Callback>> {
     }
 }
 
+/// Functions by the names that a file has for them.
+pub type Functions = HashMap<String, Arc<dyn Callback>>;
+
+/// The functions of fields that are one function each.
+pub fn functions(named: Vec<(String, Bound<'_, Model>)>) -> PyResult<Functions> {
+    let one = |(name, model): (String, Bound<'_, Model>)| match function_of(&model.get().tree) {
+        Some(function) => Ok((name, function)),
+        None => Err(PyValueError::new_err(format!(
+            "functions: expected a field made with from_function for `{name}`, given a `{}`",
+            model.get().kind()
+        ))),
+    };
+    named.into_iter().map(one).collect()
+}
+
 /// An argument of a node: a number or a model.
 fn value(object: &Bound<'_, PyAny>) -> PyResult<Value> {
     if let Ok(model) = object.cast::<Model>() {
@@ -132,16 +163,7 @@ impl Model {
     /// The text of an `.iso.json` file, and the functions that it names.
     #[staticmethod]
     fn from_json(py: Python<'_>, source: &str, functions: Vec<(String, Bound<'_, Model>)>) -> PyResult<Self> {
-        let mut known: BTreeMap<String, Arc<dyn Callback>> = BTreeMap::new();
-        for (name, model) in functions {
-            let Some(function) = function_of(&model.get().tree) else {
-                return Err(PyValueError::new_err(format!(
-                    "functions: expected a field made with from_function for `{name}`, given a `{}`",
-                    model.get().kind()
-                )));
-            };
-            known.insert(name, function);
-        }
+        let known = self::functions(functions)?;
         Self::made(py.detach(|| json::from_json_with(source, &|name| known.get(name).cloned())))
     }
 
@@ -211,12 +233,8 @@ impl Model {
         Ok(py.detach(|| *self.bounds.get_or_init(|| field.bounds())).map(|b| (b.lo, b.hi)))
     }
 
-    /// (path, value, frozen, lowest, highest, scale, discrete, unit) of each parameter.
     fn parameters(&self) -> Vec<Parameter> {
-        let row = |p: model::ParamInfo| {
-            (p.path, p.value, p.frozen, p.bounds.0, p.bounds.1, p.scale, p.discrete, p.unit)
-        };
-        self.tree.parameters().into_iter().map(row).collect()
+        self.tree.parameters().into_iter().map(parameter).collect()
     }
 
     fn with_value(&self, path: &str, value: f64) -> PyResult<Self> {

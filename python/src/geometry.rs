@@ -66,7 +66,8 @@ impl Cloud {
     }
 
     /// A picture as (height, width, PNG).
-    #[pyo3(signature = (*, width, height, azimuth, elevation, style, coloring, transparent, disc_scale, supersampling))]
+    #[pyo3(signature = (*, width, height, azimuth, elevation, style, coloring, transparent, disc_scale, supersampling,
+        frame=None, ground=true))]
     fn png<'py>(
         &self,
         py: Python<'py>,
@@ -79,6 +80,8 @@ impl Cloud {
         transparent: bool,
         disc_scale: Option<f64>,
         supersampling: u32,
+        frame: Option<([f64; 3], [f64; 3])>,
+        ground: bool,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let mut options = PictureOptions {
             width,
@@ -88,6 +91,8 @@ impl Cloud {
             style: style.parse().map_err(errors::geometry)?,
             disc_scale,
             supersampling,
+            frame: frame.map(|(lo, hi)| [lo, hi]),
+            ground,
             ..PictureOptions::default()
         };
         match coloring {
@@ -134,6 +139,13 @@ fn interruptible<T: Send>(
             (None, Err(panic)) => std::panic::resume_unwind(panic),
         }
     })
+}
+
+/// Frames, each a PNG, as one animated PNG.
+#[pyfunction]
+pub fn animate<'py>(py: Python<'py>, frames: Vec<Vec<u8>>, seconds: f64) -> PyResult<Bound<'py, PyBytes>> {
+    let png = interruptible(py, |_| core::animate(&frames, seconds))?;
+    Ok(PyBytes::new(py, &png))
 }
 
 /// Writes a file whole or not at all.

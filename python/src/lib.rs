@@ -5,6 +5,7 @@ mod errors;
 mod field;
 mod geometry;
 mod particles;
+mod scene;
 mod watch;
 
 use pyo3::prelude::*;
@@ -17,9 +18,12 @@ mod _core {
     #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
-    use crate::geometry::{Cloud, write_bytes};
+    use crate::geometry::{Cloud, animate, write_bytes};
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
+
+    #[pymodule_export]
+    use crate::scene::{Scene, format_of, read_script};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

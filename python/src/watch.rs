@@ -28,33 +28,46 @@ impl Watch {
         Self { callback, deadline, next_signal: now, next_report: now, raised: None }
     }
 
-    /// To be called at least a few times a second.
-    pub fn tick(&mut self, progress: &Progress) -> ControlFlow<Stop> {
+    /// To be called at least a few times a second. Asks whether the user pressed Ctrl-C, and calls the user's function by
+    /// `report` when that is due: when `due` says so, or every 50 ms where it says nothing. False ends the run.
+    pub fn look(
+        &mut self,
+        due: Option<bool>,
+        report: impl FnOnce(Python<'_>, &Py<PyAny>) -> PyResult<bool>,
+    ) -> ControlFlow<Stop> {
         let now = Instant::now();
-        let report = now >= self.next_report && self.callback.is_some();
-        if report || now >= self.next_signal {
+        let report_now = due.unwrap_or(now >= self.next_report);
+        let callback = self.callback.as_ref().filter(|_| report_now);
+        if callback.is_some() || now >= self.next_signal {
             self.next_signal = now + SIGNALS;
-            if report {
+            if callback.is_some() {
                 self.next_report = now + REPORTS;
             }
-            if let Err(error) = Python::attach(|py| {
+            let asked = Python::attach(|py| {
                 py.check_signals()?;
-                if let (true, Some(f)) = (report, &self.callback) {
-                    f.call1(
-                        py,
-                        (name(progress.phase), progress.fraction, progress.floaters, progress.steps),
-                    )?;
+                callback.map_or(Ok(true), |f| report(py, f))
+            });
+            match asked {
+                Ok(true) => {}
+                Ok(false) => return ControlFlow::Break(Stop::Cancelled),
+                Err(error) => {
+                    self.raised = Some(error);
+                    return ControlFlow::Break(Stop::Cancelled);
                 }
-                Ok(())
-            }) {
-                self.raised = Some(error);
-                return ControlFlow::Break(Stop::Cancelled);
             }
         }
         match self.deadline {
             Some(deadline) if now >= deadline => ControlFlow::Break(Stop::TimeLimit),
             _ => ControlFlow::Continue(()),
         }
+    }
+
+    /// [`Self::look`] for a run of the sampler.
+    pub fn tick(&mut self, p: &Progress) -> ControlFlow<Stop> {
+        self.look(None, |py, f| {
+            f.call1(py, (name(p.phase), p.fraction, p.floaters, p.steps))?;
+            Ok(true)
+        })
     }
 }
 

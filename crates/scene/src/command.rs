@@ -261,6 +261,19 @@ pub enum Command {
     Redo {},
 }
 
+impl Command {
+    /// The same, ended after so many steps.
+    pub(crate) fn shorten(&mut self, steps: usize) {
+        match self {
+            Command::Drag { steps: most, .. }
+            | Command::Turn { steps: most, .. }
+            | Command::Step { count: most } => *most = steps,
+            Command::Fit { iterations, .. } => *iterations = steps.max(1),
+            _ => {}
+        }
+    }
+}
+
 /// What a distance costs in a fit; robust losses make little of distances beyond a length (model units, above 0).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -144,11 +144,7 @@ impl Scene {
 
     /// Remembers the functions of a model by name, so that texts can refer to them.
     pub fn learn_functions(&mut self, model: &Model) {
-        for node in model.nodes() {
-            if let isoswarm_field::model::Payload::Callback(f) = node.model().payload() {
-                self.functions.insert(f.name().to_string(), f.clone());
-            }
-        }
+        self.functions.extend(model.functions().into_iter().map(|f| (f.name().to_string(), f)));
     }
 
     /// The field as it is now: model and parameters.
@@ -211,10 +207,21 @@ impl Scene {
     pub fn apply_with(&mut self, command: Command, progress: &mut ProgressFn<'_>) -> Result<Change, Error> {
         let before = self.now.clone();
         let past = self.undo.len();
-        let entry = Entry { at: Some(self.now.clock), command: command.clone() };
-        let result = self.carry_out(command, progress);
+        let mut entry = Entry { at: Some(self.now.clock), command: command.clone() };
+        let mut stopped = None;
+        let result = self.carry_out(command, &mut |scene, p| {
+            let flow = progress(scene, p);
+            if flow.is_break() {
+                stopped = Some(p.steps);
+            }
+            flow
+        });
         match &result {
             Ok(_) => {
+                if let Some(steps) = stopped {
+                    // So that the log gives the same again.
+                    entry.command.shorten(steps);
+                }
                 self.log.push(entry);
                 let beyond = self.undo.len().saturating_sub(UNDO_DEPTH);
                 self.undo.drain(..beyond);

@@ -1,10 +1,12 @@
 //! Changes of the tree itself: nodes found by path, replaced, added, removed, wrapped, put into another order. Every change
 //! gives another tree; what did not change is shared.
 
-use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::parameters::Names;
-use super::{Model, Operands, Payload, guarded};
+use super::{Callback, Model, Operands, Payload, guarded};
 use crate::FieldError;
 use crate::text::suggestion;
 
@@ -31,6 +33,24 @@ impl NodeInfo {
 }
 
 impl Model {
+    /// The caller's functions in it, wherever they stand, those within formulas too; each once.
+    pub fn functions(&self) -> Vec<Arc<dyn Callback>> {
+        let (mut found, mut seen) = (Vec::<Arc<dyn Callback>>::new(), FxHashSet::default());
+        let mut stack = vec![self];
+        while let Some(m) = stack.pop() {
+            if !seen.insert(m.id()) {
+                continue;
+            }
+            if let Payload::Callback(f) = m.payload()
+                && !found.iter().any(|g| Arc::ptr_eq(f, g))
+            {
+                found.push(f.clone());
+            }
+            stack.extend(m.below());
+        }
+        found
+    }
+
     /// All nodes that can be edited, each before its operands, in the order of the parameters. Formulas count as one node.
     pub fn nodes(&self) -> Vec<NodeInfo> {
         fn visit(
@@ -40,7 +60,7 @@ impl Model {
             names: &mut Names,
             stems: &FxHashMap<usize, String>,
             out: &mut Vec<NodeInfo>,
-            seen: &mut rustc_hash::FxHashSet<usize>,
+            seen: &mut FxHashSet<usize>,
         ) {
             if !seen.insert(m.id()) {
                 return;

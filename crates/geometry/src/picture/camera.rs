@@ -23,7 +23,11 @@ impl Camera {
         let slopes = [slope * inner * width / height, slope * inner];
         let mut far = [[f64::MIN; 2]; 2];
         let mut nearest = f64::MIN;
-        for (p, r) in scene.position.iter().zip(&scene.radius) {
+        let (points, radii) = match &scene.frame {
+            Some(corners) => (&corners[..], &[0.0; 8][..]),
+            None => (&scene.position[..], &scene.radius[..]),
+        };
+        for (p, r) in points.iter().zip(radii) {
             let (z, r) = (f64::from(p[2]), f64::from(*r));
             nearest = nearest.max(z + r);
             for k in 0..2 {

@@ -3,6 +3,7 @@
 //!
 //! A picture does not depend on the number of threads, nor on the scale or place of the points.
 
+mod animation;
 mod camera;
 mod color;
 mod image;
@@ -15,6 +16,7 @@ mod vector;
 
 use std::sync::atomic::AtomicBool;
 
+pub use animation::animate;
 pub use color::{Colormap, colors};
 pub use image::Picture;
 pub use options::{Background, Coloring, PictureOptions, Style};

@@ -27,6 +27,8 @@ pub(super) struct Scene {
     pub round: bool,
     /// The direction that is up, in view space.
     pub up: V3,
+    /// What the camera frames instead of the discs: corners of a box.
+    pub frame: Option<[V3; 8]>,
 }
 
 impl Scene {
@@ -67,6 +69,12 @@ impl Scene {
             .fold(0.0, f64::max)
             .max(f64::MIN_POSITIVE);
         points.as_flattened_mut().iter_mut().for_each(|v| *v /= ball);
+        let frame = options.frame.map(|ends| {
+            std::array::from_fn(|i| {
+                let corner = std::array::from_fn(|k| (ends[i >> k & 1][k] - center[k]) / size / ball);
+                view.turned(corner)
+            })
+        });
 
         let normal = match cloud.normals {
             Some(normals) => {
@@ -83,6 +91,7 @@ impl Scene {
             shown: shown as f32,
             round: cloud.normals.is_none(),
             up: view.turned(view.up),
+            frame,
         })
     }
 
@@ -101,6 +110,7 @@ impl Scene {
             shown: 1.0,
             round: false,
             up,
+            frame: None,
         }
     }
 }
