@@ -1,12 +1,13 @@
 //! What can be done to a scene, as data: logged, saved, replayed.
 
 use isoswarm_particles::control::Guide;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Settings;
 
 /// A pin by its number or its name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum PinRef {
     /// The number that [`crate::Change::pin`] gave.
@@ -16,7 +17,7 @@ pub enum PinRef {
 }
 
 /// Along what a pin may give way; directions need not have length 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Along {
     /// A line of this direction.
@@ -40,7 +41,7 @@ impl Along {
 }
 
 /// A pin and where it is dragged.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
     /// The pin.
@@ -50,7 +51,7 @@ pub struct Hand {
 }
 
 /// A change of a scene. In files: `{"do": "drag", "hands": [{"pin": "hand", "to": [1, 2, 0]}]}`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
     /// Gives a parameter a value; a discrete one too.
@@ -274,7 +275,7 @@ impl Command {
 }
 
 /// What a distance costs in a fit; robust losses make little of distances beyond a length (model units, above 0).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FitLoss {
     /// Its square.

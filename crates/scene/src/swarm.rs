@@ -13,6 +13,8 @@ const NEAREST: f64 = 1.72;
 const AT_REST: f64 = 0.85;
 /// A floater survives a sudden change if the surface is no farther than so many spacings.
 const SURVIVAL: f64 = 2.0;
+/// Floaters farther off than so many spacings are looked after.
+const LOST: f64 = 1.0;
 /// New floaters keep this many spacings from those that survive.
 const APART: f64 = 0.75;
 
@@ -77,6 +79,14 @@ impl Swarm {
     pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<(), Error> {
         let parameters = Parameters::live(self.size, self.spacing / NEAREST);
         self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        if self.floaters.off > LOST * self.spacing {
+            // The surface has run away from some, or a part of it is gone.
+            let mut rest = self.floaters.clone();
+            rest.retain_near(field, bounds, SURVIVAL * self.spacing)?;
+            if !rest.is_empty() {
+                self.floaters = rest;
+            }
+        }
         Ok(())
     }
 }
