@@ -22,7 +22,7 @@ from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
-from isoswarm.scene import Scene
+from isoswarm.scene import Scene, read_script
 from isoswarm.shapes import *  # noqa: F403
 from isoswarm.shapes import __all__ as _shapes
 from isoswarm.special import *  # noqa: F403
@@ -59,6 +59,7 @@ __all__ = [
     "molecule",
     "parse",
     "read_atoms",
+    "read_script",
     "sample",
     "shapes",
 ]

@@ -113,7 +113,7 @@ class Cloud:
         transparent: bool,
         disc_scale: float | None,
         supersampling: int,
-        frame: tuple[Corner, Corner] | None = None,
+        frame: Floats | None = None,
         ground: bool = True,
     ) -> bytes: ...
 

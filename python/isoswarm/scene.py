@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import operator
 import os
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,7 @@ from isoswarm.field import Field
 from isoswarm.pins import DragResult, FitResult, Pin, Progress
 from isoswarm.scene_edit import EditableScene
 
-__all__ = ["PinLike", "Scene"]
+__all__ = ["PinLike", "Scene", "read_script"]
 
 PinLike = Pin | str | int
 """A pin, its name, or its number."""
@@ -376,10 +377,8 @@ class Scene(EditableScene):
 
         """
         if isinstance(script, str | os.PathLike):
-            text = read_text(Path(script), "script")
-        else:
-            text = as_json({**SCRIPT, "commands": [dict(c) for c in script]})
-        commands = _core.read_script(text)
+            script = read_script(script)
+        commands = _core.read_script(as_json({**SCRIPT, "commands": [dict(c) for c in script]}))
         results: list[Pin | DragResult | FitResult | None] = []
         for k, (at, command) in enumerate(commands):
             watch = Watch(progress, k, len(commands))
@@ -442,3 +441,23 @@ class Scene(EditableScene):
 def _drag_result(found: dict[str, Any]) -> DragResult:
     slip = {number: np.array(v) for number, v in found["slip"]}
     return DragResult(**{**found, "slip": slip, "at_limit": tuple(found["at_limit"])})
+
+
+def read_script(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """Read the commands of a script, as :meth:`Scene.replay` takes them.
+
+    Parameters
+    ----------
+    path : str or path
+        A file ``{"format": "isoswarm script", "version": 1, "commands": […]}``.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    FileFormatError
+        A malformed script.
+
+    """
+    commands = _core.read_script(read_text(Path(path), "script"))
+    return [json.loads(text) | ({} if at is None else {"at_step": at}) for at, text in commands]

@@ -181,7 +181,7 @@ class SceneView:
             A ``.png`` to write, too.
         **options
             ``width``, ``height``, ``azimuth``, ``elevation``, ``transparent``, ``supersampling`` as for
-            :meth:`Samples.picture`; ``frame``, a pair of corners to be seen instead of all floaters.
+            :meth:`Samples.picture`; ``frame``, points, (m, 3), that fill the picture instead of the floaters.
 
         Returns
         -------
