@@ -7,6 +7,7 @@
 //! | [`field`] | what a surface is: models, formulas, F with its derivatives and intervals |
 //! | [`particles`] | what lives on it: the constraint, repulsion, birth and death; samples and their evenness |
 //! | [`geometry`] | what comes off it: point files and pictures |
+//! | [`scene`] | a model being edited: control points, adapters, fits, undo, replay |
 //!
 //! # A tour
 //!
@@ -64,6 +65,24 @@
 //! # std::fs::remove_dir_all(&folder)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! A scene is a model being edited: pin points of its surface, drag others, and its parameters follow:
+//!
+//! ```
+//! # use isoswarm::field::text;
+//! use isoswarm::scene::{Command, Scene, Settings};
+//!
+//! let blobs = text::parse("blobs(0.5, -0.5, 0, 0, 0.8, 0.5, 0, 0, 0.8)", &[])?;
+//! let mut scene = Scene::new(&blobs, Settings::default())?;
+//! scene.pin([-1.2, 0.0, 0.0])?;
+//! let hand = scene.pin([1.2, 0.0, 0.0])?;
+//! let report = scene.drag(&[(hand, [1.8, 0.5, 0.0])])?;
+//! assert!(report.reached && report.residual < 1e-8);
+//! scene.apply(Command::Undo {})?;
+//! assert!((scene.samples(Some(300))?.points.len()) == 300);
+//! # Ok::<(), isoswarm::scene::Error>(())
+//! ```
 pub use isoswarm_field as field;
 pub use isoswarm_geometry as geometry;
 pub use isoswarm_particles as particles;
+pub use isoswarm_scene as scene;

@@ -117,7 +117,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             log.push((clock.elapsed().as_secs_f64(), p.rms));
             ControlFlow::Continue(())
         };
-        let options = FitOptions { tolerance: 1e-3, progress: Some(&mut watch), ..FitOptions::default() };
+        let options = FitOptions { tolerance: 1e-2, progress: Some(&mut watch), ..FitOptions::default() };
         let result = fit(&mut surface, &points, options)?;
         let time = clock.elapsed().as_secs_f64();
         if time < seconds {

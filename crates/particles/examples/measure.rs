@@ -163,6 +163,13 @@ impl Log {
     }
 }
 
+/// The high-water mark of this programme's memory in bytes, where the system tells it.
+fn peak() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    Some(1024.0 * line.split_whitespace().next()?.parse::<f64>().ok()?)
+}
+
 fn describe(name: &str, seconds: f64, s: &Samples) {
     let (r, e) = (&s.report, &s.report.evenness);
     println!(
@@ -183,4 +190,7 @@ fn describe(name: &str, seconds: f64, s: &Samples) {
         r.evaluations as f64 / s.points.len().max(1) as f64,
         r.status,
     );
+    if let Some(bytes) = peak() {
+        println!("  {:.1} MB at most", 1e-6 * bytes);
+    }
 }

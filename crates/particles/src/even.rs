@@ -53,6 +53,8 @@ const LEAST_STEPS: usize = 4;
 /// What a swarm moves less than two steps ago, as a part of that, where settling is worth its time. Below that it
 /// creeps, as in crevices that are finer than its spacing, and many more steps would change its evenness little.
 const WORTHWHILE: f64 = 0.1;
+/// Steps times floaters up to which it may creep all the same.
+const CHEAP: usize = 200_000;
 /// Steps after a refinement until the population is brought to its number.
 const BEFORE_BALANCE: usize = 4;
 /// Steps that bring floaters from an earlier run to a new number and density.
@@ -347,13 +349,16 @@ impl Work<'_, '_, '_> {
             if !goes_on {
                 return Ok(false);
             }
-            let creeps = most.is_none() && moved.rms > (1.0 - WORTHWHILE) * before[k % 2];
+            let creeps = most.is_none()
+                && moved.rms > (1.0 - WORTHWHILE) * before[k % 2]
+                && k * self.relaxation.swarm.len() > CHEAP;
             if k + 1 >= LEAST_STEPS && (moved.rms < settled || creeps) {
                 return Ok(true);
             }
             before[k % 2] = moved.rms;
         }
-        Ok(false)
+        // A swarm that creeps has settled as far as it will.
+        Ok(most.is_none())
     }
 
     /// The number of floaters that brings the spacing to what is asked for, where it is off.

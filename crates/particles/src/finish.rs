@@ -62,7 +62,7 @@ pub(crate) fn finish(
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
     let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
-    let max_error = left.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+    let max_error = left.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
     let on_bounds = swarm.points.par_iter().filter(|p| walls.touches(**p)).count();
     let mut first = census(&swarm, &walls, unit);

@@ -89,7 +89,7 @@ pub(crate) fn of_census(swarm: &Swarm, census: &Census, axes: usize) -> Evenness
         sum += d;
         square += d * d;
         least = least.min(d);
-        hole = hole.max(c.hole / own);
+        hole = hole.max(f64::from(c.hole) / own);
         regular += usize::from(c.valence == usual);
     }
     if n == 0 {

@@ -24,11 +24,13 @@ pub(crate) enum Reach<'a> {
     Each(&'a [f64]),
 }
 
-/// For each particle the others that it interacts with. Memory: 8 bytes a particle and 4 bytes a pair and side.
+/// For each particle the others that it interacts with. Memory: 12 bytes a particle and 4 bytes a pair and side.
 #[derive(Default)]
 pub(crate) struct Neighbors {
-    span: Vec<(u32, u32)>,
-    other: Vec<u32>,
+    /// Part and place in it of each particle's row: how many there are, then who.
+    place: Vec<(u32, u32)>,
+    /// Rows as the tasks have written them: nothing is copied.
+    parts: Vec<Vec<u32>>,
 }
 
 impl Neighbors {
@@ -38,8 +40,9 @@ impl Neighbors {
     /// The neighbours of particle `i`, in an order that depends on positions only.
     #[inline(always)]
     pub(crate) fn of(&self, i: usize) -> &[u32] {
-        let (a, b) = self.span[i];
-        &self.other[a as usize..b as usize]
+        let (part, at) = self.place[i];
+        let row = &self.parts[part as usize][at as usize..];
+        &row[1..=row[0] as usize]
     }
 
     /// All pairs within reach for which `keep(i, j)` holds.
@@ -72,23 +75,21 @@ impl Neighbors {
                 for c in cells {
                     near.gather(&grid, points, c);
                     for &i in grid.members(c) {
-                        let before = part.other.len();
-                        near.within(points[i as usize], radius, i, &mut part.other, |j| {
-                            mark(i as usize, j as usize)
+                        part.row(i, |row| {
+                            near.within(points[i as usize], radius, i, row, |j| mark(i as usize, j as usize));
                         });
-                        part.rows.push((i, (part.other.len() - before) as u32));
                     }
                 }
-                part
+                part.done()
             })
             .collect();
-        Self::join(points.len(), parts)
+        Self::new(points.len(), parts)
     }
 
     fn of_octaves(points: &[V3], radius: &[f64], mark: impl Fn(usize, usize) -> Option<u32> + Sync) -> Self {
         let least = radius.iter().fold(f64::INFINITY, |m, &r| m.min(r));
         if !least.is_finite() {
-            return Self { span: vec![(0, 0); points.len()], other: Vec::new() };
+            return Self { place: vec![(0, 0); points.len()], parts: vec![vec![0]] };
         }
         let octave = |r: f64| {
             let (mut o, mut top) = (0usize, least);
@@ -117,52 +118,67 @@ impl Neighbors {
             .map(|t| {
                 let mut part = Part::default();
                 for i in t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(points.len()) {
-                    let before = part.other.len();
                     let p = points[i];
-                    let mut visit = |j: u32| {
-                        let (j, q) = (j as usize, points[j as usize]);
-                        let reach = radius[i].max(radius[j]);
-                        let d2 = (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2);
-                        if j != i && d2 <= reach * reach {
-                            part.other.extend(mark(i, j).map(|m| j as u32 | m));
+                    part.row(i as u32, |row| {
+                        let mut visit = |j: u32| {
+                            let (j, q) = (j as usize, points[j as usize]);
+                            let reach = radius[i].max(radius[j]);
+                            let d2 = (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2);
+                            if j != i && d2 <= reach * reach {
+                                row.extend(mark(i, j).map(|m| j as u32 | m));
+                            }
+                        };
+                        for (k, &o) in present.iter().enumerate() {
+                            match o.cmp(&octaves[i]) {
+                                std::cmp::Ordering::Less => {}
+                                std::cmp::Ordering::Equal => up_to[k].near(p, side(o), &mut visit),
+                                std::cmp::Ordering::Greater => exactly[k].near(p, side(o), &mut visit),
+                            }
                         }
-                    };
-                    for (k, &o) in present.iter().enumerate() {
-                        match o.cmp(&octaves[i]) {
-                            std::cmp::Ordering::Less => {}
-                            std::cmp::Ordering::Equal => up_to[k].near(p, side(o), &mut visit),
-                            std::cmp::Ordering::Greater => exactly[k].near(p, side(o), &mut visit),
-                        }
-                    }
-                    part.rows.push((i as u32, (part.other.len() - before) as u32));
+                    });
                 }
-                part
+                part.done()
             })
             .collect();
-        Self::join(points.len(), parts)
+        Self::new(points.len(), parts)
     }
 
-    fn join(n: usize, parts: Vec<Part>) -> Self {
-        let mut lists = Self {
-            span: vec![(0, 0); n],
-            other: Vec::with_capacity(parts.iter().map(|p| p.other.len()).sum()),
-        };
-        for part in parts {
-            let mut at = lists.other.len() as u32;
-            for (i, count) in part.rows {
-                lists.span[i as usize] = (at, at + count);
-                at += count;
+    fn new(n: usize, parts: Vec<Part>) -> Self {
+        let mut place = vec![(0, 0); n];
+        for (number, part) in parts.iter().enumerate() {
+            let mut at = 0;
+            for &i in &part.particles {
+                place[i as usize] = (number as u32, at);
+                at += 1 + part.rows[at as usize];
             }
-            lists.other.extend_from_slice(&part.other);
         }
-        lists
+        Self { place, parts: parts.into_iter().map(|p| p.rows).collect() }
     }
 }
 
+/// What one task has found.
 #[derive(Default)]
 struct Part {
-    rows: Vec<(u32, u32)>,
-    other: Vec<u32>,
+    particles: Vec<u32>,
+    /// For each particle how many neighbours it has, and which.
+    rows: Vec<u32>,
+}
+
+impl Part {
+    /// Adds the row of particle `i`, which `fill` writes.
+    #[inline(always)]
+    fn row(&mut self, i: u32, fill: impl FnOnce(&mut Vec<u32>)) {
+        let at = self.rows.len();
+        self.rows.push(0);
+        fill(&mut self.rows);
+        self.rows[at] = (self.rows.len() - at - 1) as u32;
+        self.particles.push(i);
+    }
+
+    fn done(mut self) -> Self {
+        self.rows.shrink_to_fit();
+        self
+    }
 }
 
 /// The particles in the cells around one cell, as columns.
@@ -236,7 +252,7 @@ mod tests {
     }
 
     fn sorted(lists: &Neighbors) -> Vec<Vec<u32>> {
-        (0..lists.span.len())
+        (0..lists.place.len())
             .map(|i| {
                 let mut row = lists.of(i).to_vec();
                 row.sort_unstable();
@@ -268,7 +284,7 @@ mod tests {
         let points = vec![[1.0, 2.0, 3.0]; 5];
         let lists = Neighbors::find(&points, Reach::Same(0.5), |i, j| (i + j) % 2 == 1);
         assert_eq!(sorted(&lists), vec![vec![1, 3], vec![0, 2, 4], vec![1, 3], vec![0, 2, 4], vec![1, 3]]);
-        assert_eq!(Neighbors::find(&[], Reach::Same(1.0), |_, _| true).span.len(), 0);
+        assert_eq!(Neighbors::find(&[], Reach::Same(1.0), |_, _| true).place.len(), 0);
     }
 
     #[test]

@@ -186,11 +186,17 @@ pub(crate) fn balance(
         children.bear(swarm, &census, habitat, count, unit, &parents, rng, round < 3)?;
     }
     done.births = children.points.len();
-    let survivors: Vec<u32> = (0..now as u32).filter(|&i| alive[i as usize]).collect();
-    let (labels, sizes) = (swarm.label.clone(), swarm.size.clone());
-    *swarm = swarm.pick(&survivors);
-    for (k, &i) in children.parent.iter().enumerate() {
-        swarm.push(children.points[k], children.normals[k], labels[i], sizes.get(i).copied());
+    drop(census);
+    let born: Vec<(u32, Option<f64>)> =
+        children.parent.iter().map(|&i| (swarm.label[i], swarm.size.get(i).copied())).collect();
+    let mut place = 0;
+    for i in (0..now).filter(|&i| alive[i]) {
+        swarm.overwrite(place, i);
+        place += 1;
+    }
+    swarm.truncate(place);
+    for (k, (label, size)) in born.into_iter().enumerate() {
+        swarm.push(children.points[k], children.normals[k], label, size);
     }
     Ok(done)
 }
@@ -223,7 +229,7 @@ impl Children {
             .map(|&i| {
                 // The farthest corner of the parent's cell; a second child of one parent goes the other way.
                 let way = if self.times[i].is_multiple_of(2) { -0.7 } else { 1.0 };
-                let place = add(swarm.points[i], scale(census.cells[i].corner, way));
+                let place = add(swarm.points[i], scale(census.cells[i].corner.map(f64::from), way));
                 // A little off, so that no two ever coincide and stay together.
                 walls.clamp(along(
                     place,

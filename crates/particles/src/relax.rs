@@ -125,6 +125,8 @@ impl<'s> Relaxation<'s> {
     /// Draws the lists of neighbours anew where motion demands it.
     fn look_around(&mut self) {
         if self.away > self.stray {
+            // First give back the memory of the old ones.
+            self.lists = Neighbors::default();
             self.lists = self.swarm.surroundings((CUTOFF + SKIN) * self.sigma);
             self.way.clear();
             self.way.resize(self.swarm.len(), 0.0);

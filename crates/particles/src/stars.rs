@@ -31,9 +31,9 @@ pub(crate) struct Cell {
     /// Mean distance to the star; 0 where there is none.
     pub(crate) mean: f64,
     /// Largest distance from the sample to a corner of its cell.
-    pub(crate) hole: f64,
+    pub(crate) hole: f32,
     /// From the sample to that corner.
-    pub(crate) corner: V3,
+    pub(crate) corner: [f32; 3],
     /// Number of neighbours in the star.
     pub(crate) valence: u32,
     /// Whether some direction is bounded by no neighbour and no face.
@@ -171,13 +171,15 @@ pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
 /// Working memory for cells, used for one after the other.
 pub(crate) struct Desk {
     cell: Polygon,
-    /// Distance along the surface, place in the tangent plane and number of each neighbour.
-    near: Vec<(f64, [f64; 2], u32)>,
+    /// Square of the distance and number of each neighbour.
+    near: Vec<(f64, u32)>,
+    /// Numbers of those whose bisectors cut, and the lengths of the ways to them along the surface.
+    lengths: Vec<(u32, f64)>,
 }
 
 impl Desk {
     pub(crate) fn new() -> Self {
-        Self { cell: Polygon::new(), near: Vec::new() }
+        Self { cell: Polygon::new(), near: Vec::new(), lengths: Vec::new() }
     }
 }
 
@@ -222,45 +224,53 @@ impl Stars<'_> {
     }
 
     fn cell_on_surface(&self, i: usize, desk: &mut Desk, mut star: impl FnMut(u32, f64)) -> Cell {
-        let Desk { cell, near } = desk;
+        let Desk { cell, near, lengths } = desk;
         let (p, n) = (self.points[i], self.normals[i]);
         let radius = self.reach(i);
         let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
         near.clear();
-        let mut nearest = f64::INFINITY;
+        let reach = 4.0 * radius * radius;
+        let mut least = f64::INFINITY;
         for &j in self.lists.of(i) {
             let r = sub(self.points[j as usize], p);
-            let d = norm(r);
-            nearest = nearest.min(d);
-            let flat = [dot(r, u), dot(r, v)];
-            let length = (flat[0] * flat[0] + flat[1] * flat[1]).sqrt();
-            if d == 0.0 || d > 2.0 * radius || length < 1e-3 * d {
-                continue;
+            let square = dot(r, r);
+            least = least.min(square);
+            if square > 0.0 && square <= reach {
+                near.push((square, j));
             }
-            let s = along_surface(r, d, n, self.normals[j as usize]);
-            near.push((s, [flat[0] * s / length, flat[1] * s / length], j));
         }
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         cell.octagon(radius);
         if self.at_walls(i) {
             self.clip_by_walls(p, u, v, radius, cell);
         }
+        lengths.clear();
         let mut farthest = cell.farthest();
-        for &(s, q, j) in near.iter() {
-            if 0.25 * s * s >= farthest.1 {
+        for &(square, j) in near.iter() {
+            // The way along the surface is longer than the chord.
+            if 0.25 * square >= farthest.1 {
                 break;
             }
+            let r = sub(self.points[j as usize], p);
+            let flat = [dot(r, u), dot(r, v)];
+            let (d, length) = (square.sqrt(), (flat[0] * flat[0] + flat[1] * flat[1]).sqrt());
+            if length < 1e-3 * d {
+                continue;
+            }
+            let s = along_surface(r, d, n, self.normals[j as usize]);
+            let q = [flat[0] * s / length, flat[1] * s / length];
             if cell.clip(q, 0.5 * s * s, j) {
                 farthest = cell.farthest();
+                lengths.push((j, s));
             }
         }
         let (corner, square) = farthest;
         let mut out = Cell {
             area: cell.area(),
-            nearest,
+            nearest: least.sqrt(),
             mean: 0.0,
-            hole: square.sqrt(),
-            corner: along(scale(u, corner[0]), corner[1], v),
+            hole: square.sqrt() as f32,
+            corner: along(scale(u, corner[0]), corner[1], v).map(|c| c as f32),
             valence: 0,
             open: false,
             clipped: false,
@@ -270,7 +280,7 @@ impl Stars<'_> {
                 OPEN => out.open = true,
                 WALL => out.clipped = true,
                 j => {
-                    let s = near.iter().find(|c| c.2 == j).map_or(0.0, |c| c.0);
+                    let s = lengths.iter().find(|c| c.0 == j).map_or(0.0, |c| c.1);
                     let (_, way) = cell.edge(k);
                     let edge = (way[0] * way[0] + way[1] * way[1]).sqrt();
                     if edge > SHORT * s {
@@ -335,9 +345,9 @@ impl Stars<'_> {
                 }
             }
             out.area += half;
-            if half > out.hole {
-                out.hole = half;
-                out.corner = scale(t, if way == 1 { half } else { -half });
+            if half as f32 > out.hole {
+                out.hole = half as f32;
+                out.corner = scale(t, if way == 1 { half } else { -half }).map(|c| c as f32);
             }
             out.clipped |= wall;
             if j == OPEN {
@@ -384,7 +394,7 @@ mod tests {
         let wide = Walls::new(&Aabb::new([-99.0; 3], [99.0; 3]), 3);
         let (cell, star) = centre(&lattice(true), &wide);
         assert!((cell.area - 0.75f64.sqrt()).abs() < 1e-14 && cell.valence == 6 && !cell.open, "{cell:?}");
-        assert!((cell.hole - 1.0 / 3f64.sqrt()).abs() < 1e-14 && (cell.mean - 1.0).abs() < 1e-14);
+        assert!((f64::from(cell.hole) - 1.0 / 3f64.sqrt()).abs() < 1e-7 && (cell.mean - 1.0).abs() < 1e-14);
         assert_eq!(star.len(), 6);
         let (cell, _) = centre(&lattice(false), &wide);
         assert!((cell.area - 1.0).abs() < 1e-14 && cell.valence == 4, "{cell:?}");

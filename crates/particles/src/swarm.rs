@@ -37,6 +37,26 @@ impl Swarm {
         }
     }
 
+    /// Puts floater `from` in the place of floater `to`.
+    pub(crate) fn overwrite(&mut self, to: usize, from: usize) {
+        self.points[to] = self.points[from];
+        self.normals[to] = self.normals[from];
+        self.velocity[to] = self.velocity[from];
+        self.label[to] = self.label[from];
+        if !self.size.is_empty() {
+            self.size[to] = self.size[from];
+        }
+    }
+
+    /// Keeps the first `n`.
+    pub(crate) fn truncate(&mut self, n: usize) {
+        self.points.truncate(n);
+        self.normals.truncate(n);
+        self.velocity.truncate(n);
+        self.label.truncate(n);
+        self.size.truncate(n);
+    }
+
     /// Sorted along a Morton curve with cells of the given side.
     pub(crate) fn sorted(&self, cell: f64) -> Self {
         self.pick(&spatial_order(&self.points, cell))
@@ -111,7 +131,7 @@ fn doubt(p: V3, q: V3, n: V3, m: V3) -> Option<bool> {
     }
     let r = sub(p, q);
     let (a, b) = (dot(r, n), dot(r, m));
-    Some(c < LEVEL + 0.4 || (a * a).min(b * b) > 0.2 * dot(r, r))
+    Some(c < LEVEL + 0.5 || (a * a).min(b * b) > 0.2 * dot(r, r))
 }
 
 /// Cosine between normals from which on down two floaters lie on different sheets.
@@ -119,7 +139,7 @@ const OPPOSING: f64 = -0.5;
 /// The same from which on up they lie on one sheet, or on two that are stacked.
 const STACKED: f64 = 0.5;
 /// The same from which on down they count less and less.
-const LEVEL: f64 = 0.0;
+const LEVEL: f64 = -0.25;
 
 /// Whether two floaters lie on the same sheet of the surface, as far as their normals tell. Neighbours through a thin
 /// sheet have opposing normals; those two sheets further have parallel normals and a segment along them. A floater

@@ -5,10 +5,11 @@ use isoswarm_field::{Field, FieldError, text};
 use isoswarm_particles::control::{Guide, Pin};
 use isoswarm_particles::project;
 
+use crate::adapting::Place;
 use crate::control::{Metric, ScenePin};
 use crate::hold::{Hold, Motion};
 use crate::scene::{Progress, ProgressFn, Scene};
-use crate::{Along, Command, DragReport, Ending, Error, FitReport, Hand, PinRef, Settings};
+use crate::{Along, Command, DragReport, Ending, Error, FitReport, Hand, PinRef, Settings, TransferReport};
 
 /// Steps after letting go.
 const SETTLING: usize = 20;
@@ -30,6 +31,8 @@ pub struct Change {
     pub drag: Option<DragReport>,
     /// How a fit went.
     pub fit: Option<FitReport>,
+    /// How well a part takes on the effect of its adapter, while one is on and when it is accepted.
+    pub transfer: Option<TransferReport>,
 }
 
 impl Scene {
@@ -88,6 +91,7 @@ impl Scene {
             }
             Command::Fit { points, weights, loss, iterations } => {
                 self.idle("fit")?;
+                self.no_adapter("fit")?;
                 self.fit_points(&points, &weights, loss, iterations, progress)
             }
             Command::Rest {} => {
@@ -116,6 +120,27 @@ impl Scene {
             Command::Reorder { path, order } => {
                 self.edit("this order", |m| m.with_order(&or_root(m, &path), &order))
             }
+            Command::Adapt { path, adapter, center, axis, half, controls } => {
+                self.idle("put an adapter on")?;
+                let path = or_root(&self.model()?, &path);
+                self.adapt(&path, &Place { adapter, center, axis, half, controls })
+            }
+            Command::Accept {} => {
+                self.idle("take the adapter off")?;
+                self.accept()
+            }
+            Command::Keep {} => {
+                self.idle("keep the adapter")?;
+                self.keep_adapter()
+            }
+            Command::Cancel {} => {
+                self.idle("take the adapter off")?;
+                self.cancel_adapter()
+            }
+            Command::Flatten { path } => {
+                self.idle("flatten")?;
+                self.flatten(&path)
+            }
             Command::Undo {} => self.turn_back(true),
             Command::Redo {} => self.turn_back(false),
         }
@@ -129,6 +154,16 @@ impl Scene {
         }
     }
 
+    /// Refuses what cannot be done while an adapter is on.
+    fn no_adapter(&self, what: &str) -> Result<(), Error> {
+        match self.now.state.adapting {
+            None => Ok(()),
+            Some(_) => Err(Error::Nothing(format!(
+                "cannot {what} while an adapter is on: accept, keep or cancel it first"
+            ))),
+        }
+    }
+
     fn set(&mut self, path: &str, value: f64) -> Result<Change, Error> {
         let i = self.field().parameter(path)?;
         if self.field().parameters()[i].discrete {
@@ -136,8 +171,9 @@ impl Scene {
         }
         self.remember();
         self.now.state.field.set_value(i, value)?;
+        self.now.hand_over()?;
         self.resettle(&format!("`{path}` = {value}"))?;
-        Ok(Change { parameters: true, ..Change::default() })
+        Ok(Change { parameters: true, transfer: self.adapting().cloned(), ..Change::default() })
     }
 
     /// Changes the settings of all parameters that fit a pattern.
@@ -298,7 +334,7 @@ impl Scene {
             }
         }
         let drag = Some(self.release(ending)?);
-        Ok(Change { parameters: true, drag, ..Change::default() })
+        Ok(Change { parameters: true, drag, transfer: self.adapting().cloned(), ..Change::default() })
     }
 
     fn drag_state(&mut self, longest: f64) -> Standing {
@@ -370,6 +406,7 @@ impl Scene {
         change: impl FnOnce(&Model) -> Result<Model, FieldError>,
     ) -> Result<Change, Error> {
         self.idle("change the model")?;
+        self.no_adapter("change the model")?;
         let model = change(&self.model()?)?;
         let field = Field::new(&model)?;
         if field.components() != 1 {

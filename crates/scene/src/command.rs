@@ -1,12 +1,13 @@
 //! What can be done to a scene, as data: logged, saved, replayed.
 
 use isoswarm_particles::control::Guide;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Settings;
 
 /// A pin by its number or its name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum PinRef {
     /// The number that [`crate::Change::pin`] gave.
@@ -16,7 +17,7 @@ pub enum PinRef {
 }
 
 /// Along what a pin may give way; directions need not have length 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Along {
     /// A line of this direction.
@@ -40,7 +41,7 @@ impl Along {
 }
 
 /// A pin and where it is dragged.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
     /// The pin.
@@ -50,7 +51,7 @@ pub struct Hand {
 }
 
 /// A change of a scene. In files: `{"do": "drag", "hands": [{"pin": "hand", "to": [1, 2, 0]}]}`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
     /// Gives a parameter a value; a discrete one too.
@@ -222,6 +223,38 @@ pub enum Command {
         /// The present place of each operand.
         order: Vec<usize>,
     },
+    /// Puts an adapter on a part: a deformation whose few parameters are all that pins then move, while the part's own parameters
+    /// follow. See [`isoswarm_field::model::adapters`].
+    Adapt {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// `mover`, `rotate`, `scale`, `taper`, `twist`, `bend` or `lattice`.
+        adapter: String,
+        /// The point that stays; the middle of the part if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        center: Option<[f64; 3]>,
+        /// 0: x, 1: y, 2: z, of a taper, a twist or a bend; z if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<usize>,
+        /// Half of the size of a lattice's box; around the part if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        half: Option<[f64; 3]>,
+        /// Control points of a lattice along x, y and z; three each if not given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        controls: Option<[usize; 3]>,
+    },
+    /// Takes the adapter off; the part keeps what its parameters could take on.
+    Accept {},
+    /// Leaves the adapter in the model as an operator.
+    Keep {},
+    /// Takes the adapter off; the part is as it was.
+    Cancel {},
+    /// Takes an operator off its only operand, whose parameters take its effect on. Refused where they cannot.
+    Flatten {
+        /// The node.
+        path: String,
+    },
     /// Takes back the last change of the model, the parameters, the pins or the settings.
     Undo {},
     /// Makes it again.
@@ -242,7 +275,7 @@ impl Command {
 }
 
 /// What a distance costs in a fit; robust losses make little of distances beyond a length (model units, above 0).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FitLoss {
     /// Its square.

@@ -77,6 +77,9 @@ impl Now {
     /// its end), radii, births and deaths.
     pub(crate) fn step(&mut self) -> Result<Option<ControlStep>, Error> {
         let report = self.move_surface()?;
+        if report.is_some() {
+            self.hand_over()?;
+        }
         self.keep_in_view()?;
         if let Some(focus) = self.state.settings.focus {
             let held = |p: &&ScenePin| self.hold.as_ref().is_none_or(|h| h.holds(p.id));

@@ -6,11 +6,12 @@ use std::sync::Arc;
 
 use isoswarm_field::{Callback, json};
 use isoswarm_particles::control::{Guide, Pin};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use crate::control::ScenePin;
-use crate::{Along, Entry, Error, Scene, Settings};
+use crate::{Along, Command, Entry, Error, Scene, Settings};
 
 /// What a file of a scene calls itself.
 pub const FORMAT: &str = "isoswarm scene";
@@ -28,28 +29,40 @@ struct Header {
     version: Option<u32>,
 }
 
-#[derive(Deserialize)]
+/// A model being edited: see `isoswarm_scene`.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "isoswarm scene")]
 struct SceneFile<'a> {
+    /// "isoswarm scene"
     #[serde(rename = "format")]
     _format: &'a str,
+    /// 1
     #[serde(rename = "version")]
     _version: u32,
+    /// A model with its parameters: see iso.schema.json.
     #[serde(borrow)]
+    #[schemars(with = "serde_json::Value")]
     model: &'a RawValue,
+    /// What the scene is set to.
     #[serde(default)]
     settings: Settings,
+    /// Control points.
     #[serde(default)]
     pins: Vec<PinRecord>,
+    /// The number of the next pin.
     #[serde(default)]
     next_pin: Option<u64>,
+    /// Values of all parameters to which recovery leads back.
     #[serde(default)]
     rest: Option<Vec<f64>>,
+    /// Steps taken.
     #[serde(default)]
     clock: u64,
 }
 
-#[derive(Serialize, Deserialize)]
+/// A control point.
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct PinRecord {
     id: u64,
@@ -66,14 +79,41 @@ struct PinRecord {
     grip: Option<f64>,
 }
 
-#[derive(Deserialize)]
+/// Commands, one after the other. Each may have `at_step`, the clock to wait for.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "isoswarm script")]
 struct ScriptFile {
+    /// "isoswarm script"
     #[serde(rename = "format")]
     _format: String,
+    /// 1
     #[serde(rename = "version")]
     _version: u32,
+    /// What is done.
+    #[schemars(with = "Vec<TimedCommand>")]
     commands: Vec<serde_json::Value>,
+}
+
+/// An entry of a script, for the schema.
+#[derive(JsonSchema)]
+#[allow(dead_code)]
+struct TimedCommand {
+    /// The clock to wait for.
+    at_step: Option<u64>,
+    /// What is done.
+    #[serde(flatten)]
+    command: Command,
+}
+
+/// The JSON schemas of scenes and scripts, by file name.
+pub fn schemas() -> [(&'static str, String); 2] {
+    let text =
+        |s: schemars::Schema| serde_json::to_string_pretty(&s).expect("a schema is serialisable") + "\n";
+    [
+        ("scene.schema.json", text(schemars::schema_for!(SceneFile<'static>))),
+        ("script.schema.json", text(schemars::schema_for!(ScriptFile))),
+    ]
 }
 
 fn one() -> f64 {

@@ -3,6 +3,7 @@
 //! [`Scene`] is the only thing that changes: a model and its parameters, the floaters on its surface, control
 //! points, settings and a clock. Everything that can be done to it is a [`Command`]; front-ends hold no algorithm.
 
+mod adapting;
 mod apply;
 mod command;
 mod control;
@@ -19,7 +20,7 @@ pub use apply::Change;
 pub use command::{Along, Command, FitLoss, Hand, PinRef};
 pub use control::ScenePin;
 pub use error::Error;
-pub use file::{FORMAT, SCRIPT_FORMAT, VERSION, script_from_json, script_to_json};
-pub use report::{DragReport, Ending, FitReport};
+pub use file::{FORMAT, SCRIPT_FORMAT, VERSION, schemas, script_from_json, script_to_json};
+pub use report::{DragReport, Ending, FitReport, TransferReport};
 pub use scene::{Entry, Frame, Progress, ProgressFn, Scene};
 pub use settings::{Amount, Focus, Settings};

@@ -72,3 +72,20 @@ pub struct FitReport {
     /// Paths of the parameters that ended at a bound and would go on.
     pub at_limit: Vec<String>,
 }
+
+/// How well a part takes on the effect of an adapter; lengths in model units.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TransferReport {
+    /// Root mean square distance between the part's surface and the deformed one.
+    pub rms: f64,
+    /// The largest such distance.
+    pub largest: f64,
+    /// The largest distance as a part of the size: how far off the part is.
+    pub relative: f64,
+    /// Parameters of the part, or combinations of them, that the deformation determines, of...
+    pub rank: usize,
+    /// ...its free parameters.
+    pub freedom: usize,
+    /// Paths within the part of the parameters that are at a bound and would go on.
+    pub at_limit: Vec<String>,
+}

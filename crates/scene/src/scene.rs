@@ -24,6 +24,8 @@ pub(crate) struct State {
     pub(crate) rest: Option<Vec<f64>>,
     /// The box that clips the surface.
     pub(crate) bounds: Aabb,
+    /// The adapter that is on.
+    pub(crate) adapting: Option<crate::adapting::Adapting>,
 }
 
 /// All that changes with time.
@@ -125,7 +127,8 @@ impl Scene {
         let Some(swarm) = Swarm::default().settled(&field, &bounds, &settings)? else {
             return Err(Error::Vanished { what: "this model".into() });
         };
-        let state = State { field, pins: Vec::new(), next_pin: 0, settings, rest: None, bounds };
+        let state =
+            State { field, pins: Vec::new(), next_pin: 0, settings, rest: None, bounds, adapting: None };
         let now = Now { state, swarm, clock: 0, hold: None, metric: Metric::stale(), rested: true };
         let mut scene = Self {
             now,

@@ -1,11 +1,12 @@
 //! What a scene is set to.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
 /// How many floaters.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Amount {
     /// As many as make the mean distance between neighbours this long (model units).
@@ -15,7 +16,7 @@ pub enum Amount {
 }
 
 /// Denser floaters around a point: the user's focus of interest (WH94, future work).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Focus {
     /// Within about this distance of the dragged pins, or of all pins where none is dragged (model units).
@@ -25,7 +26,7 @@ pub struct Focus {
 }
 
 /// What a scene is set to; lengths in model units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// How many floaters.

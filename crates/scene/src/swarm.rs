@@ -13,6 +13,8 @@ const NEAREST: f64 = 1.72;
 const AT_REST: f64 = 0.85;
 /// A floater survives a sudden change if the surface is no farther than so many spacings.
 const SURVIVAL: f64 = 2.0;
+/// Floaters farther off than so many spacings are looked after.
+const LOST: f64 = 1.0;
 /// New floaters keep this many spacings from those that survive.
 const APART: f64 = 0.75;
 
@@ -74,13 +76,6 @@ impl Swarm {
         self.size = Aabb::around(&self.floaters.points).map_or(0.0, |b| b.diagonal()).max(self.spacing);
     }
 
-    /// WH94's parameters with feedback that takes a whole Newton step, as the surface has already moved.
-    fn parameters(&self) -> Parameters {
-        let mut p = Parameters::new(self.size, self.spacing / NEAREST);
-        p.phi = 1.0 / p.dt;
-        p
-    }
-
     /// Makes floaters smaller, and so more, near the points.
     pub(crate) fn look_at(&mut self, points: &[[f64; 3]], focus: Focus) {
         let square = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>();
@@ -95,8 +90,16 @@ impl Swarm {
 
     /// One step on the surface as it is now.
     pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<(), Error> {
-        let parameters = self.parameters();
+        let parameters = Parameters::live(self.size, self.spacing / NEAREST);
         self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        if self.floaters.off > LOST * self.spacing {
+            // The surface has run away from some, or a part of it is gone.
+            let mut rest = self.floaters.clone();
+            rest.retain_near(field, bounds, SURVIVAL * self.spacing)?;
+            if !rest.is_empty() {
+                self.floaters = rest;
+            }
+        }
         Ok(())
     }
 }

@@ -373,7 +373,7 @@ fn floaters_move_no_more_than_the_surface_makes_them() {
     s.apply(Command::Freeze { pattern: "sphere/r".into(), frozen: false }).unwrap();
     s.step(60).unwrap();
     let was = before(&s);
-    s.drag(&[(hand, [1.35, 0.0, 0.0])]).unwrap();
+    s.drag(&[(hand, [1.33, 0.0, 0.0])]).unwrap();
     let mut drift: Vec<f64> = ways(&was, &s)
         .iter()
         .map(|(b, p)| {
@@ -438,4 +438,31 @@ fn floaters_are_denser_where_the_hand_is() {
     s.apply(Command::Settings { settings: Settings { focus: None, ..s.settings().clone() } }).unwrap();
     s.step(120).unwrap();
     assert!((count(&s).0 as f64) < 1.6 * before.0 as f64, "{:?}", count(&s));
+}
+
+#[test]
+fn the_published_schemas_are_current() {
+    for (name, text) in isoswarm_scene::schemas() {
+        let path = format!("{}/../../docs/{name}", env!("CARGO_MANIFEST_DIR"));
+        let published = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            published == text,
+            "run `cargo run -p isoswarm-scene --example schemas` and commit docs/{name}"
+        );
+    }
+}
+
+#[test]
+fn floaters_of_a_part_that_vanishes_go_with_it() {
+    let mut s = scene("translate(sphere(r=1), x=0) | translate(sphere(r=0.5), x=3)", 400);
+    let count = |s: &Scene| s.frame().floaters.points.iter().filter(|p| p[0] > 2.0).count();
+    assert!(count(&s) > 50);
+    // The small sphere is swallowed by the large one, which moves over it.
+    s.apply(Command::Freeze { pattern: "*".into(), frozen: true }).unwrap();
+    s.apply(Command::Freeze { pattern: "translate_2/x".into(), frozen: false }).unwrap();
+    let hand = s.pin([3.5, 0.0, 0.0]).unwrap();
+    s.drag(&[(hand, [1.1, 0.0, 0.0])]).unwrap();
+    s.step(60).unwrap();
+    assert!(off(&s) < 1e-3, "{}", off(&s));
+    assert!(count(&s) == 0);
 }

@@ -2,6 +2,7 @@
 
 use super::Field;
 use super::cells::excludes;
+use crate::model::{Model, Payload, guarded};
 use crate::regions::Whole;
 use crate::surface::{Aabb, Surface};
 
@@ -15,7 +16,7 @@ const EMPTY_SHELLS: i32 = 6;
 /// functions state no bounds.
 pub(super) fn find(field: &Field) -> Option<Aabb> {
     if field.is_opaque() {
-        return field.compiled.leaves.iter().find_map(|l| l.callback.bounds());
+        return of_tree(&field.current_model().ok()?);
     }
     if field.components() != 1 {
         return None;
@@ -23,6 +24,53 @@ pub(super) fn find(field: &Field) -> Option<Aabb> {
     let whole = field.whole();
     let half = by_half_spaces(&whole).or_else(|| by_shells(&whole))?;
     tightened(field, cube(&whole, half))
+}
+
+/// From what opaque functions state of themselves, through the operators around them; `None` for operators that
+/// are not among these.
+fn of_tree(model: &Model) -> Option<Aabb> {
+    if let Payload::Callback(f) = model.payload() {
+        return f.bounds();
+    }
+    let has_function =
+        |m: &Model| m.nodes().iter().any(|n| matches!(n.model().payload(), Payload::Callback(_)));
+    if !has_function(model) {
+        return find(&Field::new(model).ok()?);
+    }
+    let value = |name: &str| {
+        let p = model.params().iter().find(|p| *p.name == *name)?;
+        p.expr.is_none().then_some(p.value)
+    };
+    let mut parts = model.operands().iter().map(|m| guarded(|| of_tree(m)));
+    match model.kind().name {
+        "union" => {
+            let all: Option<Vec<Aabb>> = parts.collect();
+            Aabb::around(&all?.iter().flat_map(|b| [b.lo, b.hi]).collect::<Vec<_>>())
+        }
+        // One that is known is enough.
+        "intersection" => parts.flatten().next(),
+        "difference" => parts.next()?,
+        "translate" => {
+            let (b, by) = (parts.next()??, [value("x")?, value("y")?, value("z")?]);
+            Some(Aabb::new([0, 1, 2].map(|a| b.lo[a] + by[a]), [0, 1, 2].map(|a| b.hi[a] + by[a])))
+        }
+        "scale" => {
+            let (b, by) = (parts.next()??, model.params().first().filter(|p| p.expr.is_none())?.value);
+            let ends = |a: usize| [b.lo[a] * by, b.hi[a] * by];
+            let (lo, hi) = (
+                [0, 1, 2].map(|a| ends(a)[0].min(ends(a)[1])),
+                [0, 1, 2].map(|a| ends(a)[0].max(ends(a)[1])),
+            );
+            Some(Aabb::new(lo, hi))
+        }
+        "rotate" | "rotate_euler" => {
+            let b = parts.next()??;
+            let far: f64 = (0..3).map(|a| b.lo[a].abs().max(b.hi[a].abs()).powi(2)).sum();
+            let r = far.sqrt();
+            Some(Aabb::new([-r; 3], [r; 3]))
+        }
+        _ => None,
+    }
 }
 
 fn cube(whole: &Whole, half: f64) -> Aabb {

@@ -152,7 +152,7 @@ impl Field {
             )));
         }
         if !(value.is_finite() && lo <= value && value <= hi) {
-            return Err(FieldError::Invalid(format!("`{}` must lie in [{lo}, {hi}], given {value}", p.path)));
+            return Err(FieldError::Invalid(format!("`{}` must {}, given {value}", p.path, range(lo, hi))));
         }
         p.value = value;
         self.refresh();
@@ -215,7 +215,7 @@ impl Field {
         for (p, &v) in free.zip(q) {
             let (lo, hi) = p.bounds;
             if !(v.is_finite() && lo <= v && v <= hi) {
-                return Err(FieldError::Invalid(format!("`{}` must lie in [{lo}, {hi}], given {v}", p.path)));
+                return Err(FieldError::Invalid(format!("`{}` must {}, given {v}", p.path, range(lo, hi))));
             }
         }
         for (p, &v) in self.params.iter_mut().filter(|p| p.is_free()).zip(q) {
@@ -255,5 +255,15 @@ impl Field {
     /// A box that contains the whole surface, or `None` where the search finds no end to it.
     pub fn bounds(&self) -> Option<Aabb> {
         bounds::find(self)
+    }
+}
+
+/// What bounds ask of a value, in words.
+fn range(lo: f64, hi: f64) -> String {
+    match (lo, hi) {
+        (f64::NEG_INFINITY, f64::INFINITY) => "be finite".into(),
+        (f64::MIN_POSITIVE, f64::INFINITY) => "be finite and above 0".into(),
+        (f64::MIN_POSITIVE, _) => format!("lie above 0 and up to {hi}"),
+        _ => format!("lie in [{lo}, {hi}]"),
     }
 }

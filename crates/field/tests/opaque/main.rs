@@ -247,7 +247,18 @@ fn opaque_fields_have_no_intervals_and_say_so() {
     let around = Aabb::new([-2.0; 3], [2.0; 3]);
     drop(field);
     Arc::get_mut(&mut noted).expect("no other owner").bounds = Some(around);
-    assert_eq!(Field::new(&Model::function(noted).unwrap()).unwrap().bounds(), Some(around));
+    let f = Model::function(noted).unwrap();
+    let bounds = |m: &Model| Field::new(m).unwrap().bounds();
+    assert_eq!(bounds(&f), Some(around));
+    // Operators take the box along, and what they cannot take along they do not know.
+    let moved = bounds(&call("translate", &[&f], &[10.0, 0.0, -1.0])).unwrap();
+    assert!((0..3).all(|a| moved.lo[a] == around.lo[a] + [10.0, 0.0, -1.0][a]), "{moved:?}");
+    let twice = bounds(&call("scale", &[&f], &[2.0])).unwrap();
+    assert!((0..3).all(|a| twice.hi[a] == 2.0 * around.hi[a]), "{twice:?}");
+    let far = call("translate", &[&text::parse("sphere(1)", &[]).unwrap()], &[-7.0, 0.0, 0.0]);
+    let both = bounds(&call("union", &[&f, &far], &[])).unwrap();
+    assert!(both.lo[0] <= -8.0 && both.hi[0] == around.hi[0], "{both:?}");
+    assert_eq!(bounds(&call("twist", &[&f], &[1.0])), None);
 }
 
 #[test]

@@ -16,6 +16,8 @@ const CORRECTIONS: usize = 6;
 const HALVINGS: usize = 10;
 /// A held pin may be off by this part of the step while a drag is under way, before corrections.
 const LOOSE: f64 = 0.02;
+/// A lower limit below this stands for "above 0".
+const SMALLEST: f64 = 1e-300;
 /// Newton steps that bring a pin back onto the surface where the surface does not follow it.
 const LANDINGS: usize = 8;
 
@@ -93,8 +95,8 @@ fn attempt(
     let rows = differentiate(surface, &places, m)?;
     let least = negligible(&rows.gradient);
     let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
-    let room: Vec<(f64, f64)> =
-        surface.limits().iter().zip(q).map(|((lo, hi), q)| (lo - q, hi - q)).collect();
+    let limits = surface.limits();
+    let room: Vec<(f64, f64)> = limits.iter().zip(q).map(|(&l, &q)| room(l, q)).collect();
     let mut part = 1.0;
     for halvings in 0..=HALVINGS {
         let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
@@ -110,7 +112,8 @@ fn attempt(
             least,
             tolerance: RANK_TOLERANCE,
         });
-        let trial = Trial { system: &within.system, first: &within.change, q, room: &room, options };
+        let trial =
+            Trial { system: &within.system, first: &within.change, q, room: &room, limits: &limits, options };
         let ends: Vec<V3> =
             (0..n).map(|i| along(along(places[i], 1.0, d[i]), 1.0, within.change.way[i])).collect();
         if let Some(landed) = trial.correct(surface, pins, ends, part)? {
@@ -142,6 +145,13 @@ fn wish(pin: &Pin, options: &StepOptions) -> V3 {
     scale(offset, gain.min(options.longest / length.max(f64::MIN_POSITIVE)))
 }
 
+/// How far a parameter may go down and up in a step. One that must be above 0, such as a radius, goes at most half of the way:
+/// what has shrunk to nothing has no derivatives that could bring it back.
+fn room((lo, hi): (f64, f64), q: f64) -> (f64, f64) {
+    let down = lo - q;
+    (if lo > 0.0 && lo < SMALLEST { 0.5 * down } else { down }, hi - q)
+}
+
 /// Gradients up to this length count as zero.
 fn negligible(gradient: &[V3]) -> f64 {
     let lengths = gradient.iter().map(|&g| norm(g)).filter(|l| l.is_finite());
@@ -168,6 +178,7 @@ struct Trial<'a> {
     first: &'a Change,
     q: &'a [f64],
     room: &'a [(f64, f64)],
+    limits: &'a [(f64, f64)],
     options: &'a StepOptions,
 }
 
@@ -235,8 +246,8 @@ impl Trial<'_> {
 
     /// q + room may round to a number just beyond a limit.
     fn clamped(&self, mut q: Vec<f64>) -> Vec<f64> {
-        for ((v, q), (lo, hi)) in q.iter_mut().zip(self.q).zip(self.room) {
-            *v = v.clamp(q + lo, q + hi);
+        for (v, (lo, hi)) in q.iter_mut().zip(self.limits) {
+            *v = v.clamp(*lo, *hi);
         }
         q
     }

@@ -66,6 +66,16 @@ impl Parameters {
     }
 }
 
+impl Parameters {
+    /// For floaters on a surface that moves, where a step must bring as much as it can: feedback is a whole Newton step
+    /// (φΔt = 1), Δt and γ are larger. A cylinder that is stretched fourfold in ten steps is evenly covered after thirty more
+    /// steps (CV .07) instead of sixty; at rest nothing is born and nothing dies.
+    pub fn live(diameter: f64, sigma_hat: f64) -> Self {
+        let dt = 0.05;
+        Self { dt, phi: 1.0 / dt, gamma: 5.0, ..Self::new(diameter, sigma_hat) }
+    }
+}
+
 /// One floater per row.
 #[derive(Clone, Debug, Default)]
 pub struct Floaters {
@@ -83,6 +93,8 @@ pub struct Floaters {
     pub id: Vec<u64>,
     /// Desired radius of each in the next step, as a part of σ̂: a density. Empty: 1 for all. A step empties it.
     pub size: Vec<f64>,
+    /// Largest distance |F|/|∇F| at the beginning of the last step (model units).
+    pub off: f64,
     next_id: u64,
     steps: u64,
     /// Who is near whom; made when needed.
@@ -125,6 +137,7 @@ impl Floaters {
             energy: vec![0.0; n],
             id: (0..n as u64).collect(),
             size: Vec::new(),
+            off: 0.0,
             next_id: n as u64,
             steps: 0,
             kept: None,
@@ -174,6 +187,8 @@ impl Floaters {
 
         // Actual velocities, constrained by the surface and its motion (eq. 5). Where the gradient vanishes the
         // surface is ill-defined and a floater rests. A step does not exceed σ̂ or σ^i, whichever is larger.
+        let distance = |i: usize| value[i].abs() / norm(gradient[i]);
+        self.off = (0..self.len()).map(distance).filter(|d| d.is_finite()).fold(0.0, f64::max);
         for i in 0..self.len() {
             let moving = motion.get(i).copied().unwrap_or(0.0);
             let desired = walls.slide(self.points[i], self.normals[i], force[i].desired);
@@ -301,7 +316,7 @@ impl Floaters {
             next.points[at] = points[k];
             next.normals[at] = normals[k];
         }
-        next.steps = self.steps;
+        (next.steps, next.off) = (self.steps, self.off);
         if happened == Happened::default() {
             next.kept = self.kept.take();
         }

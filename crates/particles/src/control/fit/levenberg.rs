@@ -19,6 +19,8 @@ const BENT: f64 = 0.375;
 const DAMPING: (f64, f64) = (1e-12, 1e12);
 /// Damping above which a short step says nothing.
 const HEAVY: f64 = 1.0;
+/// Movement of the surface, in diagonals of the points' box, below which there is nothing to gain.
+const STILL: f64 = 1e-12;
 /// Rounds in which parameters that would leave their limits are held there.
 const ROUNDS: usize = 8;
 /// Largest distance, in diagonals of the points' box, that is nothing but rounding; also the cosine between the residuals and
@@ -133,8 +135,8 @@ impl Run<'_> {
             let square = dot(&step.effect, &step.effect);
             let predicted = -dot(&gradient, &step.z) - 0.5 * square;
             let moved = (square / self.points.len() as f64).sqrt();
-            let small =
-                predicted <= self.tolerance * cost || moved <= self.tolerance * self.problem.diagonal();
+            let still = (self.tolerance * self.tolerance).max(STILL);
+            let small = predicted <= self.tolerance * cost || moved <= still * self.problem.diagonal();
             let mut z = step.z.clone();
             if let Some(bend) = self.bend(surface, &linear, &system, &step, l, &q)? {
                 z.iter_mut().zip(&bend).for_each(|(z, b)| *z += b);

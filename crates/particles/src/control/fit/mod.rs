@@ -56,8 +56,8 @@ pub struct FitOptions<'a> {
     pub loss: Loss,
     /// Largest number of iterations (each with the derivatives at all points), 1 or more.
     pub iterations: usize,
-    /// Converged once an iteration lowers the cost by less than this part of it, or moves the surface at the points by less than this part
-    /// of their diagonal. From 0 to 1.
+    /// Converged once a step lowers the cost by less than this part of it, or moves the surface at the points by less than its
+    /// square (at least 1e-12), relative to the diagonal of their box. From 0 to 1.
     pub tolerance: f64,
     /// λ of the first iteration, relative to the squared length of a column of the Jacobian: small from nearby, large from far
     /// away. Above 0.

@@ -6,6 +6,8 @@ use crate::control::factor::Factors;
 
 /// Operations up to which the orthogonal factorisation is made at once.
 const SMALL: f64 = 3e7;
+/// What JᵀJ can tell from rounding.
+const SURE: f64 = 2e-8;
 /// Steps of inverse iteration.
 const STEPS: usize = 4;
 
@@ -21,7 +23,7 @@ pub(crate) fn rank(j: Matrix<'_>, scale: &[f64], tolerance: f64) -> usize {
         return 0;
     }
     let cost = n as f64 * m as f64 * n.min(m) as f64;
-    if cost > SMALL && n >= m && m <= 4096 && smallest(j, scale, m) > 1e3 * tolerance {
+    if cost > SMALL && n >= m && m <= 4096 && smallest(j, scale, m) > SURE.max(2.0 * tolerance) {
         return m;
     }
     let mut rows = Vec::with_capacity(n * m);

@@ -1,0 +1,115 @@
+//! Adapters on parts of a scene (HBJF02 section 5): what they show, what they hand over, what they say when they cannot.
+
+use isoswarm_field::text;
+use isoswarm_scene::{Amount, Change, Command, Hand, PinRef, Scene, Settings};
+
+fn scene(formula: &str) -> Scene {
+    let bounds = Some([[-3.0; 3], [4.0, 3.0, 3.0]]);
+    let settings = Settings { amount: Amount::Count(300), bounds, ..Settings::default() };
+    Scene::new(&text::parse(formula, &[]).unwrap(), settings).unwrap()
+}
+
+fn adapt(path: &str, adapter: &str) -> Command {
+    Command::Adapt {
+        path: path.into(),
+        adapter: adapter.into(),
+        center: None,
+        axis: None,
+        half: None,
+        controls: None,
+    }
+}
+
+fn value(s: &Scene, path: &str) -> f64 {
+    s.field().parameters()[s.field().parameter(path).unwrap()].value
+}
+
+fn drag(s: &mut Scene, pin: u64, to: [f64; 3]) -> Change {
+    s.apply(Command::Drag { hands: vec![Hand { pin: PinRef::Number(pin), to }], radius: None, steps: 1000 })
+        .unwrap()
+}
+
+const PAIR: &str = "translate(sphere(1), 0, 0, 0) | translate(sphere(0.5), 3, 0, 0)";
+
+#[test]
+fn a_mover_moves_one_part_and_leaves_no_trace() {
+    let mut s = scene(PAIR);
+    let before = s.model().unwrap();
+    s.apply(adapt("translate_2", "mover")).unwrap();
+    assert_eq!(s.field().q().len(), 3, "only the adapter's parameters can be moved");
+    let hand = s.pin([3.5, 0.0, 0.0]).unwrap();
+    let change = drag(&mut s, hand, [3.9, 0.0, 0.0]);
+    assert!(change.drag.unwrap().reached);
+    let report = change.transfer.unwrap();
+    assert!(report.relative < 1e-9 && report.freedom == 4, "{report:?}");
+    // The part's own parameters follow at each step, before anything is accepted.
+    assert!((s.adapted().unwrap().q()[0] - 3.4).abs() < 1e-6, "{:?}", s.adapted().unwrap().q());
+    s.apply(Command::Accept {}).unwrap();
+    assert!((value(&s, "translate_2/x") - 3.4).abs() < 1e-6, "{}", value(&s, "translate_2/x"));
+    assert!((value(&s, "sphere_2/r") - 0.5).abs() < 1e-9);
+    assert_eq!(value(&s, "translate/x").to_bits(), 0.0f64.to_bits(), "the other part has every bit");
+    assert_eq!(s.model().unwrap().nodes().len(), before.nodes().len(), "no node is left over");
+    assert!(s.adapting().is_none());
+    // Undo goes back through the acceptance, the drag and the adapter.
+    for _ in 0..4 {
+        s.apply(Command::Undo {}).unwrap();
+    }
+    assert_eq!(s.model().unwrap(), before);
+}
+
+#[test]
+fn an_adapter_is_cancelled_or_kept() {
+    let mut s = scene("sphere(1)");
+    let before = s.model().unwrap();
+    s.apply(Command::Adapt {
+        path: String::new(),
+        adapter: "taper".into(),
+        center: Some([0.0; 3]),
+        axis: Some(2),
+        half: None,
+        controls: None,
+    })
+    .unwrap();
+    let own = s.field().parameters().iter().find(|p| p.is_free()).unwrap().path.clone();
+    let change = s.apply(Command::Set { path: own.clone(), value: 0.4 }).unwrap();
+    let report = change.transfer.unwrap();
+    assert!(report.relative > 0.02 && report.relative < 0.5, "a sphere cannot be a pear: {report:?}");
+    assert!(s.apply(Command::Remove { path: "sphere".into() }).unwrap_err().to_string().contains("adapter"));
+    s.apply(Command::Cancel {}).unwrap();
+    assert_eq!(s.model().unwrap(), before);
+    s.apply(Command::Undo {}).unwrap();
+    assert_eq!(value(&s, &own), 0.4, "the adapter is on again");
+    s.apply(Command::Keep {}).unwrap();
+    assert_eq!(s.model().unwrap().nodes().len(), 2, "an operator and the sphere");
+    assert_eq!(value(&s, &own), 0.4);
+    assert!(s.field().parameters().iter().all(|p| p.path != "adapter/sphere/r" || p.is_free()));
+    assert!(s.apply(Command::Accept {}).unwrap_err().to_string().contains("no adapter"));
+}
+
+#[test]
+fn chains_are_flattened_where_the_operand_can_take_them_on() {
+    let mut s = scene("translate(scale(translate(sphere(1), 0.2, 0, 0), 1.5), 0, 1, 0)");
+    let samples = s.samples(Some(200)).unwrap();
+    // From outside to inside: first the scale is given to what it scales, then the outer motion.
+    s.apply(Command::Flatten { path: "scale".into() }).unwrap();
+    s.apply(Command::Flatten { path: "translate".into() }).unwrap();
+    assert_eq!(s.model().unwrap().nodes().len(), 2);
+    let q = s.field().q();
+    for (v, e) in q.iter().zip([0.3, 1.0, 0.0, 1.5]) {
+        assert!((v - e).abs() < 1e-8, "{q:?}");
+    }
+    let far = |p: &[f64; 3]| ((p[0] - 0.3).powi(2) + (p[1] - 1.0).powi(2) + p[2] * p[2]).sqrt() - 1.5;
+    assert!(samples.points.iter().all(|p| far(p).abs() < 1e-8), "the same surface");
+    let mut s = scene("twist(box(1, 1, 2), 0.6)");
+    let error = s.apply(Command::Flatten { path: "twist".into() }).unwrap_err().to_string();
+    assert!(error.contains("stays") && error.contains("of the size"), "{error}");
+}
+
+#[test]
+fn what_an_adapter_cannot_do_is_said() {
+    let mut s = scene(PAIR);
+    assert!(s.apply(adapt("translate_2", "squeeze")).unwrap_err().to_string().contains("mover"));
+    assert!(s.apply(adapt("nobody", "mover")).unwrap_err().to_string().contains("translate_2"));
+    s.apply(Command::Freeze { pattern: "*".into(), frozen: true }).unwrap();
+    assert!(s.apply(adapt("translate_2", "mover")).unwrap_err().to_string().contains("release"));
+}
