@@ -18,7 +18,7 @@ from isoswarm.drawing import draw
 from isoswarm.errors import UnknownPinError
 from isoswarm.field import Field, Parameters
 from isoswarm.live import Node
-from isoswarm.pins import Floaters, Pin
+from isoswarm.pins import Floaters, Pin, Transfer
 from isoswarm.samples import Samples
 from isoswarm.sampling import sample
 
@@ -101,6 +101,12 @@ class SceneView:
     def is_held(self) -> bool:
         """Whether pins are held: between :meth:`grab` and :meth:`let_go`."""
         return self._inner.is_held
+
+    @property
+    def adapting(self) -> Transfer | None:
+        """How well the part under an adapter follows it; None where no adapter is on (:meth:`Scene.adapt`)."""
+        found = self._inner.transfer()
+        return None if found is None else Transfer.of(found)
 
     @property
     def history(self) -> tuple[int, int]:

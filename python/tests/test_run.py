@@ -154,3 +154,14 @@ def test_ctrl_c_is_130_and_leaves_no_file(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert time.perf_counter() - began < 2.0
     assert [p.name for p in tmp_path.iterdir()] == ["drags.json"]
+
+
+@pytest.mark.parametrize("name", ["dumbbell", "ellipsoid", "quartic", "three_cylinders"])
+def test_the_scripts_of_the_papers_arrive(root: Path, name: str) -> None:
+    scene, drags = root / "models" / f"{name}.iso.json", root / "models" / f"{name}.script.json"
+    result = run("run", scene, "--script", drags, "--json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["results"]
+    assert all(r["distance"] < 1e-6 for r in found["results"] if r["do"] == "drag")
+    assert all(p["distance"] < 1e-6 for p in found["pins"])

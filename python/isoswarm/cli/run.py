@@ -19,8 +19,9 @@ from isoswarm.cli import model as models
 from isoswarm.cli.commands import Axes, Json, Model, Quiet, Settings, Water, app, check_ending, print_rows, size_of
 from isoswarm.cli.outcome import Code, errors, print_json, reported, say
 from isoswarm.drawing import draw
-from isoswarm.pins import DragResult, FitResult, Floaters, Moment
-from isoswarm.scene import Scene, read_script
+from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Transfer
+from isoswarm.scene import Scene
+from isoswarm.script import read_script
 
 EVERY = 2
 Column = npt.NDArray[np.float32]
@@ -184,7 +185,7 @@ def as_document(
     told = [
         {"command": k, "do": commands[k]["do"], **result.as_dict()}
         for k, result in enumerate(results)
-        if isinstance(result, DragResult | FitResult)
+        if isinstance(result, DragResult | FitResult | Transfer)
     ]
     pins = [{"id": p.id, "name": p.name, "position": p.position.tolist(), "distance": p.distance} for p in scene.pins]
     return {
@@ -211,7 +212,7 @@ def print_report(scene: Scene, commands: list[dict[str, Any]], results: list[Any
         ),
     ]
     for k, result in enumerate(results):
-        if isinstance(result, DragResult | FitResult):
+        if isinstance(result, DragResult | FitResult | Transfer):
             told = repr(result).partition(": ")[2].rstrip(">")
             rows.append((f"{k + 1}: {commands[k]['do']}", told))
     print_rows(rows)
