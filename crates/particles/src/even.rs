@@ -42,7 +42,7 @@ const POLISHING: Phase = Phase { sigma: 0.31, gain: 5.0, momentum: 0.7, stray: 0
 /// Steps at the coarsest level, at each between, and at the last one: before settling, most while settling
 /// (`Options::steps`), and polishing. Order that is found while floaters are few costs little.
 const COARSE_STEPS: usize = 100;
-const FEW: usize = 4000;
+const FEW: usize = 2000;
 const MIDDLE_STEPS_OF_FEW: usize = 24;
 const MIDDLE_STEPS: usize = 12;
 const FIRST_STEPS: usize = 6;

@@ -8,7 +8,7 @@ use crate::constraint::{Target, project};
 use crate::curvature;
 use crate::metrics::{mean_nearest, of_census};
 use crate::options::Phase;
-use crate::population::census;
+use crate::population::{census, faces};
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
 use crate::seeding::{Seeds, divide};
@@ -64,7 +64,8 @@ pub(crate) fn finish(
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
     let max_error = left.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
-    let on_bounds = swarm.points.par_iter().filter(|p| walls.touches(**p)).count();
+    let faces = faces(&walls, unit);
+    let on_bounds = swarm.points.par_iter().filter(|p| faces.touches(**p)).count();
     let mut first = census(&swarm, &walls, unit);
     let per_label = swarm.per_label();
     for (cell, &l) in first.cells.iter_mut().zip(&swarm.label) {

@@ -38,6 +38,20 @@ fn weight(size: &[f64], i: usize, axes: usize) -> f64 {
     }
 }
 
+/// The bounds as cells see them: a floater that its last correction moved off a face by next to nothing is still on it.
+/// `unit` is the square root of a cell.
+pub(crate) fn faces(walls: &Walls, unit: f64) -> Walls {
+    let mut faces = *walls;
+    for a in 0..walls.axes {
+        faces.lo[a] += ON_FACE * unit;
+        faces.hi[a] -= ON_FACE * unit;
+    }
+    faces
+}
+
+/// Distance from a face, in square roots of a cell, up to which a floater counts as on it.
+const ON_FACE: f64 = 1e-4;
+
 /// Measures all cells; `unit` is about the square root of a size-1 cell.
 pub(crate) fn census(swarm: &Swarm, walls: &Walls, unit: f64) -> Census {
     let lists = swarm.neighbors(REACH * unit);
@@ -45,7 +59,7 @@ pub(crate) fn census(swarm: &Swarm, walls: &Walls, unit: f64) -> Census {
         points: &swarm.points,
         normals: &swarm.normals,
         lists: &lists,
-        walls,
+        walls: &faces(walls, unit),
         radius: 0.5 * REACH * unit,
         size: &swarm.size,
     };

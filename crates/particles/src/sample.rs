@@ -14,8 +14,10 @@ use crate::seeding::{self, Seeds};
 
 /// Memory of a run per floater in bytes, for estimates.
 const BYTES: f64 = 300.0;
-/// Uniform points wanted from the seeding: enough for the coarsest level.
+/// Uniform points wanted from the seeding, enough for the coarsest level: so many, or a part of the samples where those
+/// are few.
 const SEEDS: usize = 4000;
+const FEWEST_SEEDS: usize = 1000;
 
 /// Samples the part of the surface F = 0 that lies in `bounds` (finite corners, lo < hi on each of the surface's axes).
 ///
@@ -31,7 +33,11 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     let Options { amount, method, density, seed, start, most, steps, progress } = options;
     let mut run = Run::new(seed, progress);
     run.tell(Phase::Seeding, 0.0, 0);
-    let (seeds, certified) = match seeding::seed(surface, &mut run, bounds, SEEDS) {
+    let aim = match amount {
+        Amount::Count(n) if method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
+        _ => SEEDS,
+    };
+    let (seeds, certified) = match seeding::seed(surface, &mut run, bounds, aim) {
         Err(e) => match run.stop {
             Some(why) => return Ok(Samples::none(Status::NotConverged(why.reason().into()), false, &run)),
             None => return Err(e.into()),
