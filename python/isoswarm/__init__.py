@@ -10,6 +10,8 @@
 import isoswarm.functions as functions
 from isoswarm import errors, metrics, shapes
 from isoswarm._core import __version__
+from isoswarm.adapters import *  # noqa: F403
+from isoswarm.adapters import __all__ as _adapters
 from isoswarm.bumps import *  # noqa: F403
 from isoswarm.bumps import __all__ as _blobs
 from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, diagnose
@@ -19,10 +21,11 @@ from isoswarm.field import Field, Operand, Parameter, Parameters
 from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
 from isoswarm.molecules import Atoms, molecule, read_atoms
-from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin
+from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
+from isoswarm.script import read_script
 from isoswarm.shapes import *  # noqa: F403
 from isoswarm.shapes import __all__ as _shapes
 from isoswarm.special import *  # noqa: F403
@@ -48,6 +51,7 @@ __all__ = [
     "Scene",
     "SceneParameter",
     "SceneParameters",
+    "Transfer",
     "__version__",
     "check_derivatives",
     "diagnose",
@@ -59,7 +63,8 @@ __all__ = [
     "molecule",
     "parse",
     "read_atoms",
+    "read_script",
     "sample",
     "shapes",
 ]
-__all__ += _blobs + _errors + _shapes + _special
+__all__ += _adapters + _blobs + _errors + _shapes + _special

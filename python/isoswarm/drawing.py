@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import Floats, as_bounds
+from isoswarm._arrays import Floats, as_points
 from isoswarm.pins import Floaters
 
 __all__ = ["draw"]
@@ -21,7 +20,7 @@ def draw(
     pins: Floats,
     pin_normals: Floats,
     *,
-    frame: Any = None,
+    frame: npt.ArrayLike | None = None,
     width: int = 960,
     height: int = 720,
     azimuth: float = 0.6,
@@ -38,8 +37,8 @@ def draw(
         The particles.
     pins, pin_normals : ndarray, (k, 3)
         Where the pins are, and the surface's normals there.
-    frame : pair of corners, optional
-        The box that fills the picture; by default that of what is drawn. What lies outside may be cut off.
+    frame : array_like, (m, 3), optional
+        Points that fill the picture; by default what is drawn does. What lies outside may be cut off.
     width, height, azimuth, elevation, transparent, supersampling
         As for :meth:`Samples.picture`.
     ground : bool
@@ -57,10 +56,6 @@ def draw(
         points, normals = np.vstack([points, pins]), np.vstack([normals, pin_normals])
         radii = np.append(radii, np.full(len(pins), size))
     colors = np.vstack([np.tile(FLOATER, (len(points) - len(pins), 1)), np.tile(PIN, (len(pins), 1))])
-    corners = None
-    if frame is not None:
-        lo, hi = as_bounds(frame, 3, "frame")
-        corners = (tuple(lo.tolist()), tuple(hi.tolist()))
     return _core.Cloud(points, normals, radii, colors=colors).png(
         width=width,
         height=height,
@@ -71,6 +66,6 @@ def draw(
         transparent=transparent,
         disc_scale=None,
         supersampling=supersampling,
-        frame=corners,
+        frame=None if frame is None else as_points(frame, 3, "frame"),
         ground=ground,
     )

@@ -14,7 +14,7 @@ from isoswarm._arrays import Floats
 if TYPE_CHECKING:
     from isoswarm.scene import Scene
 
-__all__ = ["DragResult", "FitResult", "Floaters", "Moment", "Pin", "Progress"]
+__all__ = ["DragResult", "FitResult", "Floaters", "Moment", "Pin", "PinLike", "Progress", "Transfer"]
 
 
 class Pin:
@@ -125,6 +125,10 @@ class Pin:
         return f"<Pin {self._id}{name} at ({', '.join(f'{v + 0.0:.4g}' for v in row['position'])})>"
 
 
+PinLike = Pin | str | int
+"""A pin, its name, or its number."""
+
+
 @dataclass(frozen=True)
 class Floaters:
     """The particles of a scene at one moment; all columns have the same length n.
@@ -232,6 +236,12 @@ class DragResult:
     steps: int
     at_limit: tuple[str, ...]
 
+    @classmethod
+    def of(cls, found: dict[str, Any]) -> DragResult:
+        """From what the core gives."""
+        slip = {number: np.array(v) for number, v in found["slip"]}
+        return cls(**{**found, "slip": slip, "at_limit": tuple(found["at_limit"])})
+
     def rows(self) -> list[tuple[str, str]]:
         """Name and value as text, for people."""
         slipped = {number: float(np.linalg.norm(v)) for number, v in self.slip.items()}
@@ -300,6 +310,11 @@ class FitResult:
     iterations: int
     at_limit: tuple[str, ...]
 
+    @classmethod
+    def of(cls, found: dict[str, Any]) -> FitResult:
+        """From what the core gives."""
+        return cls(**{**found, "at_limit": tuple(found["at_limit"])})
+
     def rows(self) -> list[tuple[str, str]]:
         """Name and value as text, for people."""
         rows = [
@@ -323,4 +338,50 @@ class FitResult:
         return (
             f"<FitResult: {self.reason}, rms {self.rms:.3g}, largest {self.largest:.3g}, "
             f"rank {self.rank} of {self.freedom}, {self.iterations} iterations>"
+        )
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """How well a part takes on the effect of an adapter or operator; lengths in model units.
+
+    Attributes
+    ----------
+    rms : float
+        Root mean square distance between the part's surface and the deformed one.
+    largest : float
+        The largest such distance.
+    relative : float
+        The largest distance as a part of the size: how far off the part is.
+    rank : int
+        Parameters of the part, or combinations of them, that the deformation determines...
+    freedom : int
+        ...of so many free ones.
+    at_limit : tuple of str
+        Paths within the part of the parameters that are at a bound and would go on.
+
+    """
+
+    rms: float
+    largest: float
+    relative: float
+    rank: int
+    freedom: int
+    at_limit: tuple[str, ...]
+
+    @classmethod
+    def of(cls, found: dict[str, Any]) -> Transfer:
+        """From what the core gives."""
+        return cls(**{**found, "at_limit": tuple(found["at_limit"])})
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain types only, ready for JSON."""
+        plain = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return plain | {"at_limit": list(self.at_limit)}
+
+    def __repr__(self) -> str:
+        limit = f", held back by {', '.join(self.at_limit)}" if self.at_limit else ""
+        return (
+            f"<Transfer: {self.largest:.3g} off at most ({self.relative:.2g} of the size), "
+            f"rank {self.rank} of {self.freedom}{limit}>"
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import operator
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,18 +12,17 @@ import numpy.typing as npt
 
 from isoswarm import _core
 from isoswarm._arrays import as_floats, as_points
-from isoswarm._files import read_text
 from isoswarm._requests import Loss, Watch, as_count, as_json, as_length, as_loss, as_number, as_settings
+from isoswarm.adapters import Adapter, Adapting
 from isoswarm.field import Field
-from isoswarm.pins import DragResult, FitResult, Pin, Progress
+from isoswarm.pins import DragResult, FitResult, Pin, PinLike, Progress, Transfer
 from isoswarm.scene_edit import EditableScene
+from isoswarm.script import checked_commands, read_script
 
-__all__ = ["PinLike", "Scene"]
+__all__ = ["Scene"]
 
-PinLike = Pin | str | int
-"""A pin, its name, or its number."""
-
-SCRIPT = {"format": "isoswarm script", "version": 1}
+Result = Pin | DragResult | FitResult | Transfer | None
+"""What a command gives."""
 
 
 class Scene(EditableScene):
@@ -225,7 +223,7 @@ class Scene(EditableScene):
 
         """
         asked = {"hands": self._hands(hands, to), "radius": as_length(radius), "steps": as_count(steps, "steps")}
-        return _drag_result(self._do("drag", progress, every, **asked)["drag"])
+        return DragResult.of(self._do("drag", progress, every, **asked)["drag"])
 
     def turn(
         self,
@@ -261,7 +259,7 @@ class Scene(EditableScene):
             "translation": self._vector(translation, "translation"),
             "steps": as_count(steps, "steps"),
         }
-        return _drag_result(self._do("turn", progress, every, **asked)["drag"])
+        return DragResult.of(self._do("turn", progress, every, **asked)["drag"])
 
     def grab(
         self,
@@ -279,7 +277,7 @@ class Scene(EditableScene):
 
     def let_go(self) -> DragResult:
         """Let go of what :meth:`grab` holds, and settle."""
-        return _drag_result(self._do("release")["drag"])
+        return DragResult.of(self._do("release")["drag"])
 
     def fit(
         self,
@@ -330,8 +328,47 @@ class Scene(EditableScene):
             "loss": as_loss(loss),
             "iterations": as_count(iterations, "iterations"),
         }
-        found = self._do("fit", progress, every, **asked)["fit"]
-        return FitResult(**{**found, "at_limit": tuple(found["at_limit"])})
+        return FitResult.of(self._do("fit", progress, every, **asked)["fit"])
+
+    # Adapters ---------------------------------------------------------------------------------------------------
+
+    def adapt(self, path: str, adapter: Adapter) -> Adapting:
+        """Put an adapter on a part: pins then move its few parameters, and the part's own parameters follow.
+
+        Parameters
+        ----------
+        path : str
+            The part (:attr:`nodes`); "" for the whole.
+        adapter : Adapter
+            :class:`Mover`, :class:`Rotate`, :class:`Scale`, :class:`Taper`, :class:`Twist`, :class:`Bend` or
+            :class:`Lattice`.
+
+        Returns
+        -------
+        Adapting
+            Drag with it, look at what the part could take on, then accept, keep or cancel.
+
+        Raises
+        ------
+        SceneStateError
+            An adapter is on; the part has no free parameters.
+
+        """
+        if not isinstance(adapter, Adapter):
+            raise TypeError(f"adapter: expected an adapter such as iso.Bend(), given {adapter!r:.60}")
+        self._do("adapt", path=path, **adapter.request())
+        return Adapting(self, path, adapter)
+
+    def flatten(self, path: str) -> Transfer:
+        """Take an operator off its only operand, whose parameters take its effect on.
+
+        Raises
+        ------
+        SceneStateError
+            They cannot: the message says how far off they would be. The operator stays.
+
+        """
+        return Transfer.of(self._do("flatten", path=path)["transfer"])
 
     def replay(
         self,
@@ -339,7 +376,7 @@ class Scene(EditableScene):
         *,
         progress: Progress | None = None,
         every: int | None = None,
-    ) -> list[Pin | DragResult | FitResult | None]:
+    ) -> list[Result]:
         """Carry out the commands of a script or a log.
 
         Parameters
@@ -355,7 +392,7 @@ class Scene(EditableScene):
         Returns
         -------
         list
-            What each command gave: a pin, how a drag or a fit went, or None.
+            What each command gave: a pin, how a drag, a fit or a transfer went, or None.
 
         Raises
         ------
@@ -376,11 +413,9 @@ class Scene(EditableScene):
 
         """
         if isinstance(script, str | os.PathLike):
-            text = read_text(Path(script), "script")
-        else:
-            text = as_json({**SCRIPT, "commands": [dict(c) for c in script]})
-        commands = _core.read_script(text)
-        results: list[Pin | DragResult | FitResult | None] = []
+            script = read_script(script)
+        commands = checked_commands(script)
+        results: list[Result] = []
         for k, (at, command) in enumerate(commands):
             watch = Watch(progress, k, len(commands))
             if at is not None and at > self.clock:
@@ -396,13 +431,15 @@ class Scene(EditableScene):
     def _pin_of(self, number: int) -> Pin:
         return Pin(self, number)
 
-    def _result(self, made: dict[str, Any]) -> Pin | DragResult | FitResult | None:
+    def _result(self, made: dict[str, Any]) -> Result:
         if made["pin"] is not None:
             return Pin(self, made["pin"])
         if made["drag"] is not None:
-            return _drag_result(made["drag"])
+            return DragResult.of(made["drag"])
         if made["fit"] is not None:
-            return FitResult(**{**made["fit"], "at_limit": tuple(made["fit"]["at_limit"])})
+            return FitResult.of(made["fit"])
+        if made["transfer"] is not None:
+            return Transfer.of(made["transfer"])
         return None
 
     def _point(self, value: npt.ArrayLike, what: str) -> list[float]:
@@ -437,8 +474,3 @@ class Scene(EditableScene):
         else:
             pairs = [(hands, to)]
         return [{"pin": self._reference(pin), "to": self._point(point, "to")} for pin, point in pairs]
-
-
-def _drag_result(found: dict[str, Any]) -> DragResult:
-    slip = {number: np.array(v) for number, v in found["slip"]}
-    return DragResult(**{**found, "slip": slip, "at_limit": tuple(found["at_limit"])})

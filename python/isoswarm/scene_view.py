@@ -18,7 +18,7 @@ from isoswarm.drawing import draw
 from isoswarm.errors import UnknownPinError
 from isoswarm.field import Field, Parameters
 from isoswarm.live import Node
-from isoswarm.pins import Floaters, Pin
+from isoswarm.pins import Floaters, Pin, Transfer
 from isoswarm.samples import Samples
 from isoswarm.sampling import sample
 
@@ -103,6 +103,12 @@ class SceneView:
         return self._inner.is_held
 
     @property
+    def adapting(self) -> Transfer | None:
+        """How well the part under an adapter follows it; None where no adapter is on (:meth:`Scene.adapt`)."""
+        found = self._inner.transfer()
+        return None if found is None else Transfer.of(found)
+
+    @property
     def history(self) -> tuple[int, int]:
         """How many changes can be undone, and redone."""
         return self._inner.history
@@ -181,7 +187,7 @@ class SceneView:
             A ``.png`` to write, too.
         **options
             ``width``, ``height``, ``azimuth``, ``elevation``, ``transparent``, ``supersampling`` as for
-            :meth:`Samples.picture`; ``frame``, a pair of corners to be seen instead of all floaters.
+            :meth:`Samples.picture`; ``frame``, points, (m, 3), that fill the picture instead of the floaters.
 
         Returns
         -------

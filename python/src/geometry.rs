@@ -80,7 +80,7 @@ impl Cloud {
         transparent: bool,
         disc_scale: Option<f64>,
         supersampling: u32,
-        frame: Option<([f64; 3], [f64; 3])>,
+        frame: Option<PyReadonlyArray2<'py, f64>>,
         ground: bool,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let mut options = PictureOptions {
@@ -91,7 +91,6 @@ impl Cloud {
             style: style.parse().map_err(errors::geometry)?,
             disc_scale,
             supersampling,
-            frame: frame.map(|(lo, hi)| [lo, hi]),
             ground,
             ..PictureOptions::default()
         };
@@ -109,8 +108,10 @@ impl Cloud {
         if transparent {
             options.background = Background::Transparent;
         }
+        let frame = frame.map(|points| arrays::points("frame", &points)).transpose()?;
         let png = interruptible(py, |stop| {
-            core::render_until(&self.borrowed(), &options, stop).and_then(|picture: Picture| picture.to_png())
+            core::render_framed(&self.borrowed(), frame.as_deref(), &options, stop)
+                .and_then(|picture: Picture| picture.to_png())
         })?;
         Ok(PyBytes::new(py, &png))
     }

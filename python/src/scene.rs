@@ -2,10 +2,12 @@
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use isoswarm_field::Surface;
 use isoswarm_field::model;
+use isoswarm_field::{Field, Surface};
 use isoswarm_particles::control::Guide;
-use isoswarm_scene::{self as core, Change, Command, DragReport, FitReport, Progress, Settings};
+use isoswarm_scene::{
+    self as core, Change, Command, DragReport, FitReport, Progress, Settings, TransferReport,
+};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -198,6 +200,18 @@ impl Scene {
         marks(py, &*self.lock()?)
     }
 
+    /// How well the part under an adapter follows it, while one is on.
+    fn transfer<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.lock()?.adapting().cloned().map(|r| transfer(py, r)).transpose()
+    }
+
+    /// The part under an adapter with its parameters as they follow it, while one is on.
+    fn adapted(&self) -> PyResult<Option<Model>> {
+        let scene = self.lock()?;
+        let model = |f: &Field| Ok(Model::compiled(f.current_model().map_err(errors::field)?, f.clone()));
+        scene.adapted().map(model).transpose()
+    }
+
     /// How many commands have been given.
     #[getter]
     fn given(&self) -> PyResult<usize> {
@@ -287,6 +301,7 @@ fn change(py: Python<'_>, c: Change) -> PyResult<Bound<'_, PyDict>> {
     d.set_item("pin", c.pin)?;
     d.set_item("drag", c.drag.map(|r| drag(py, r)).transpose()?)?;
     d.set_item("fit", c.fit.map(|r| fit(py, r)).transpose()?)?;
+    d.set_item("transfer", c.transfer.map(|r| transfer(py, r)).transpose()?)?;
     Ok(d)
 }
 
@@ -313,6 +328,17 @@ fn fit(py: Python<'_>, r: FitReport) -> PyResult<Bound<'_, PyDict>> {
     d.set_item("rank", r.rank)?;
     d.set_item("freedom", r.freedom)?;
     d.set_item("iterations", r.iterations)?;
+    d.set_item("at_limit", r.at_limit)?;
+    Ok(d)
+}
+
+fn transfer(py: Python<'_>, r: TransferReport) -> PyResult<Bound<'_, PyDict>> {
+    let d = PyDict::new(py);
+    d.set_item("rms", r.rms)?;
+    d.set_item("largest", r.largest)?;
+    d.set_item("relative", r.relative)?;
+    d.set_item("rank", r.rank)?;
+    d.set_item("freedom", r.freedom)?;
     d.set_item("at_limit", r.at_limit)?;
     Ok(d)
 }

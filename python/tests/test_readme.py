@@ -11,9 +11,9 @@ def blocks(path: Path, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)
 
 
-def test_the_example_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_examples_run(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    (example,) = blocks(root / "README.md", "python")
+    example, editing = blocks(root / "README.md", "python")
     assert len(example.strip().splitlines()) <= 14
     names: dict[str, object] = {}
     exec(compile(example, "README.md", "exec"), names)
@@ -21,6 +21,9 @@ def test_the_example_runs(root: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     assert len(samples) == 10_000
     assert (tmp_path / "points.ply").stat().st_size > 10_000 * 48
     assert np.isfinite(samples.points).all()
+    exec(compile(editing, "README.md", "exec"), names)
+    assert names["scene"].history == (2, 1)
+    assert (tmp_path / "creature.iso.json").exists()
 
 
 def test_the_tour_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -30,6 +33,18 @@ def test_the_tour_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPat
         exec(compile(block, "tour.md", "exec"), names)
     assert names["volume"] == pytest.approx(2 * np.pi**2 * 0.3**2, rel=0.01)
     assert names["area"] == pytest.approx(4 * np.pi**2 * 0.3, rel=0.01)
+
+
+def test_the_guide_to_scenes_runs(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in blocks(root / "docs" / "guide" / "scenes.md", "python"):
+        exec(compile(block, "scenes.md", "exec"), names)
+    # Two balls and what joins them: between the larger and the sum.
+    body = 4 / 3 * np.pi * 1 * 0.7 * 0.7
+    assert body < names["volume"] < body + 4 / 3 * np.pi * 0.8**3
+    assert names["again"].model == names["scene"].model
+    assert (tmp_path / "drags.json").exists()
 
 
 def test_every_file_that_it_points_to_exists(root: Path) -> None:

@@ -48,6 +48,11 @@ def test_a_drag_takes_the_surface_along() -> None:
     assert result.slip[hand] is result.slip[1]
 
 
+def test_floaters_have_normals_from_the_start() -> None:
+    floaters = ball().floaters
+    np.testing.assert_allclose(floaters.normals, floaters.points, atol=1e-6)
+
+
 def test_a_result_is_told_to_people() -> None:
     scene = ball()
     hand = scene.pin((1, 0, 0))
@@ -370,12 +375,17 @@ def test_a_picture_shows_floaters_and_pins(tmp_path: Path) -> None:
     scene = ball(400)
     scene.pin((1, 0, 0.4))
     path = tmp_path / "scene.png"
-    png = scene.picture(path, width=160, height=120, azimuth=0.0, frame=((-4, -4, -4), (4, 4, 4)))
-    assert path.read_bytes() == png
-    image = np.asarray(Image.open(path).convert("RGB")).astype(int)
-    red = (image[..., 0] > image[..., 2] + 60).sum()
-    blue = (image[..., 2] > image[..., 0] + 30).sum()
-    assert 3 < red < 60
-    assert 200 < blue < 160 * 120 / 9, "the frame is four times as wide as the ball"
+    far = np.array(np.meshgrid([-4, 4], [-4, 4], [-4, 4])).T.reshape(-1, 3)
+
+    def colors(**options: object) -> tuple[int, int]:
+        png = scene.picture(path, width=160, height=120, azimuth=0.0, **options)
+        assert path.read_bytes() == png
+        image = np.asarray(Image.open(path).convert("RGB")).astype(int)
+        return (image[..., 0] > image[..., 2] + 60).sum(), (image[..., 2] > image[..., 0] + 30).sum()
+
+    near, small = colors(), colors(frame=far)
+    assert near[0] > 20, "the pin is red"
+    assert near[1] > 2500, "a ball that fills the picture, more than a quarter of it discs"
+    assert near[1] / small[1] > 10, "in the frame it is less than a quarter as large"
     assert "data:image/png" in scene._repr_html_()
     assert repr(scene).startswith("<Scene: 1 parameter, 1 pin, 4")

@@ -24,6 +24,7 @@ mod points;
 pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
 pub use picture::{
-    Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_until,
+    Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
+    render_until,
 };
 pub use points::PointCloud;

@@ -55,8 +55,21 @@ impl Swarm {
         let sigma = AT_REST * spacing / NEAREST;
         next.floaters.retain_near(field, bounds, SURVIVAL * spacing)?;
         next.floaters.admit(&fresh.points, APART * spacing, sigma);
+        next.orient(field)?;
         next.measure();
         Ok(Some(next))
+    }
+
+    /// Normals for those that have come and have not taken a step yet.
+    fn orient(&mut self, field: &Field) -> Result<(), Error> {
+        let n = self.floaters.points.len();
+        let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
+        isoswarm_field::Surface::value_gradient(field, &self.floaters.points, &mut f, &mut g)?;
+        for (normal, g) in self.floaters.normals.iter_mut().zip(&g) {
+            let size = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
+            *normal = if size > 0.0 { g.map(|v| v / size) } else { [0.0; 3] };
+        }
+        Ok(())
     }
 
     fn measure(&mut self) {

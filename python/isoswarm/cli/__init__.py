@@ -2,16 +2,19 @@
 
 Exit codes, which stay as they are:
 
-====  ==============================================================
+====  ==============================================================================
 0     done
 1     an unexpected failure; please report it
 2     wrong usage or input: a malformed formula, a missing file, …
 3     there is no surface in the bounds
-4     not converged, or out of time; what there is has been written
+4     not converged, out of time, or a drag that did not arrive; what there is has been written
 130   interrupted with Ctrl-C
-====  ==============================================================
+====  ==============================================================================
 """
 
+from isoswarm.cli import run as _run  # adds its command
 from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
+
+del _run

@@ -1,4 +1,4 @@
-"""The three commands."""
+"""The commands that sample, tell and show; see also :mod:`isoswarm.cli.run`."""
 
 from __future__ import annotations
 
@@ -71,9 +71,9 @@ def sample_command(
     """Spread points evenly over the surface of MODEL."""
     with reported():
         if output is not None:
-            _check_ending("--output", output, (".ply", ".npz", ".obj", ".csv"))
+            check_ending("--output", output, (".ply", ".npz", ".obj", ".csv"))
         if picture is not None:
-            _check_ending("--picture", picture, (".png",))
+            check_ending("--picture", picture, (".png",))
         field = models.read(model, settings or [], water, axes)
         samples = _sampled(
             field,
@@ -93,7 +93,7 @@ def sample_command(
         if as_json:
             print_json({"n": len(samples), "output": str(output) if output else None, **samples.report.as_dict()})
         elif not quiet:
-            _print_rows([("points", f"{len(samples):,}"), *samples.report.rows()])
+            print_rows([("points", f"{len(samples):,}"), *samples.report.rows()])
             for path in filter(None, (output, picture)):
                 errors.print(f"wrote {path}", markup=False)
         finish(samples.report)
@@ -116,7 +116,7 @@ def info_command(
         if as_json:
             print_json(found.as_dict())
         else:
-            _print_rows(found.rows())
+            print_rows(found.rows())
             if found.parameters:
                 _print_parameters(found.parameters)
         if found.components == 0:
@@ -145,8 +145,8 @@ def view_command(
 ) -> None:
     """Draw the surface of MODEL as lit discs."""
     with reported():
-        _check_ending("--output", output, (".png",))
-        width, height = _size(size)
+        check_ending("--output", output, (".png",))
+        width, height = size_of(size)
         field = models.read(model, settings or [], water, axes)
         samples = _sampled(field, quiet, n=count, bounds=models.bounds(bounds), seed=seed, time_limit=time_limit)
         if len(samples):
@@ -209,15 +209,16 @@ def _sampled(field: Field, quiet: bool, *, method: str = "floaters", **request: 
         )
 
 
-def _check_ending(option: str, path: Path, endings: tuple[str, ...]) -> None:
+def check_ending(option: str, path: Path, endings: tuple[str, ...]) -> None:
     """Fail before the work rather than after it."""
-    if path.suffix.lower() not in endings:
+    if not path.name.lower().endswith(endings):
         raise ValueError(f"{option}: expected a file that ends in {', '.join(endings)}, given {path}")
     if not path.absolute().parent.is_dir():
         raise ValueError(f"{option}: there is no folder {path.absolute().parent}; create it first")
 
 
-def _size(text: str) -> tuple[int, int]:
+def size_of(text: str) -> tuple[int, int]:
+    """``--size``: width and height."""
     width, _, height = text.lower().partition("x")
     try:
         return int(width), int(height)
@@ -225,7 +226,8 @@ def _size(text: str) -> tuple[int, int]:
         raise ValueError(f"--size: expected width x height such as 1200x900, given {text!r}") from None
 
 
-def _print_rows(rows: list[tuple[str, str]]) -> None:
+def print_rows(rows: list[tuple[str, str]]) -> None:
+    """Names and values in two columns."""
     table = Table(box=None, show_header=False, pad_edge=False)
     for name, value in rows:
         table.add_row(name, value)

@@ -9,9 +9,10 @@ from isoswarm.field import Field
 from isoswarm.loading import load, parse
 from isoswarm.molecules import ENDINGS as MOLECULES
 from isoswarm.molecules import molecule
+from isoswarm.scene import Scene
 
 HELP = (
-    "A formula such as 'x^2 + y^2 + z^2 - 1' or 'sphere(r=1) | box(2, 1, 1)', a .vm or .iso.json model, or a "
+    "A formula such as 'x^2 + y^2 + z^2 - 1' or 'sphere(r=1) | box(2, 1, 1)', a .vm or .iso.json model or scene, or a "
     ".pdb, .cif or .xyz molecule. Put -- before a formula that begins with a minus sign."
 )
 FILES = (".vm", ".iso.json")
@@ -34,15 +35,31 @@ def read(model: str, settings: list[str], water: bool = False, axes: int = 3) ->
     """
     values = dict(_setting(text) for text in settings)
     ending = model.lower().removesuffix(".gz")
+    field: Field
     if ending.endswith(MOLECULES):
         field = molecule(model, water=water)
     elif ending.endswith(FILES):
-        field = load(model)
+        found = load(model)
+        field = found.model if isinstance(found, Scene) else found
     elif Path(model).is_file():
         raise ValueError(f"{model}: expected a file that ends in one of {', '.join((*FILES, *MOLECULES))}")
     else:
         return parse(model, axes=axes, **values)
     return field.with_parameters(values)
+
+
+def read_scene(model: str, settings: list[str], water: bool = False, axes: int = 3, **options: Any) -> Scene:
+    """The scene in a file, or one of the field that MODEL names; `options` as for :class:`Scene`, given or None."""
+    given = {key: value for key, value in options.items() if value is not None}
+    if model.lower().endswith(FILES):
+        found = load(model)
+        if isinstance(found, Scene):
+            for path, value in map(_setting, settings):
+                found.parameters[path].value = value
+            if given:
+                found.configure(**given)
+            return found
+    return Scene(read(model, settings, water, axes), **given)
 
 
 def bounds(text: str | None) -> Any:

@@ -12,7 +12,7 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from isoswarm.errors import EmptySurfaceWarning, SamplingWarning
+from isoswarm.errors import EmptySurfaceError, EmptySurfaceWarning, SamplingWarning
 from isoswarm.samples import Report
 
 errors = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -48,6 +48,9 @@ def reported() -> Iterator[None]:
     except KeyboardInterrupt:
         say("interrupted", "nothing was written", "yellow")
         raise typer.Exit(Code.INTERRUPTED) from None
+    except EmptySurfaceError as error:
+        say("empty", str(error), "yellow")
+        raise typer.Exit(Code.EMPTY) from None
     except (ValueError, TypeError, KeyError, OSError) as error:
         say("error", str(error), "red")
         raise typer.Exit(Code.INPUT) from None

@@ -23,11 +23,9 @@ impl Camera {
         let slopes = [slope * inner * width / height, slope * inner];
         let mut far = [[f64::MIN; 2]; 2];
         let mut nearest = f64::MIN;
-        let (points, radii) = match &scene.frame {
-            Some(corners) => (&corners[..], &[0.0; 8][..]),
-            None => (&scene.position[..], &scene.radius[..]),
-        };
-        for (p, r) in points.iter().zip(radii) {
+        let framed = scene.frame.as_deref().unwrap_or(&scene.position);
+        let radii = if scene.frame.is_some() { &[] } else { &scene.radius[..] };
+        for (p, r) in framed.iter().zip(radii.iter().chain(std::iter::repeat(&0.0))) {
             let (z, r) = (f64::from(p[2]), f64::from(*r));
             nearest = nearest.max(z + r);
             for k in 0..2 {
@@ -38,7 +36,7 @@ impl Camera {
         }
         let focal = (0.5 * height / slope) as f32;
         let center = [0.5 * width as f32, 0.5 * height as f32];
-        if scene.len() == 0 {
+        if framed.is_empty() {
             return Self { eye: [0.0, 0.0, 1.0 / slope as f32], focal, center };
         }
         let distance = |k: usize| (far[k][0] + far[k][1]) / (2.0 * slopes[k]);

@@ -42,9 +42,27 @@ pub fn render_until(
     options: &PictureOptions,
     stop: &AtomicBool,
 ) -> Result<Picture, GeometryError> {
+    render_framed(cloud, None, options, stop)
+}
+
+/// [`render_until`] with a camera that frames other points than those of the cloud, so that pictures of a cloud that moves
+/// belong together; what lies outside may be cut off. `None`: the cloud.
+///
+/// # Errors
+/// Those of [`render_until`], and [`GeometryError::Option`] for points that are not finite.
+pub fn render_framed(
+    cloud: &PointCloud<'_>,
+    frame: Option<&[[f64; 3]]>,
+    options: &PictureOptions,
+    stop: &AtomicBool,
+) -> Result<Picture, GeometryError> {
     cloud.check()?;
     options.check()?;
-    let scene = scene::Scene::new(cloud, options)?;
+    if let Some(p) = frame.and_then(|f| f.iter().find(|p| !p.iter().all(|v| v.is_finite()))) {
+        let (name, expected) = ("frame", "finite points");
+        return Err(GeometryError::Option { name, expected, given: format!("{p:?}") });
+    }
+    let scene = scene::Scene::new(cloud, frame, options)?;
     let camera = camera::Camera::new(&scene, options);
     // From below, the ground would hide the points.
     let ground = options.ground && scene.up[2] > 0.03 && scene.len() > 0;

@@ -109,11 +109,8 @@ pub struct PictureOptions {
     pub elevation: f64,
     /// The direction that is up in the picture; any length but zero. Default z.
     pub up: [f64; 3],
-    /// Vertical opening angle of the camera in radians, 0.05 to 2. Default 0.5.
+    /// Vertical opening angle of the camera in radians, 0.05 to 2. Default 0.5. Framing is automatic.
     pub field_of_view: f64,
-    /// Smallest and largest corner of the box that fills the picture, for frames that belong together; what lies outside
-    /// may be cut off. Default (`None`) all the points.
-    pub frame: Option<[[f64; 3]; 2]>,
     /// Free space around the points, as a fraction of the half picture, 0 to 0.9. Default 0.1.
     pub margin: f64,
     /// Discs or surface. Default surface.
@@ -148,7 +145,6 @@ impl Default for PictureOptions {
             elevation: 0.4,
             up: [0.0, 0.0, 1.0],
             field_of_view: 0.5,
-            frame: None,
             margin: 0.1,
             style: Style::default(),
             coloring: Coloring::default(),
@@ -185,10 +181,6 @@ impl PictureOptions {
         let up = self.up.iter().all(|v| v.is_finite()) && self.up != [0.0; 3];
         test("up", "a finite vector that is not zero", up, format!("{:?}", self.up))?;
         within("field_of_view", "an angle from 0.05 to 2 radians", self.field_of_view, 0.05, 2.0)?;
-        if let Some([lo, hi]) = self.frame {
-            let good = (0..3).all(|k| lo[k].is_finite() && hi[k].is_finite() && lo[k] <= hi[k]);
-            test("frame", "two finite corners with lo <= hi", good, format!("{lo:?}, {hi:?}"))?;
-        }
         within("margin", "a fraction from 0 to 0.9", self.margin, 0.0, 0.9)?;
         let scale = self.disc_scale.unwrap_or(1.0);
         within("disc_scale", "a factor above 0, up to 10", scale, f64::MIN_POSITIVE, 10.0)?;

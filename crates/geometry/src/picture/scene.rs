@@ -27,12 +27,16 @@ pub(super) struct Scene {
     pub round: bool,
     /// The direction that is up, in view space.
     pub up: V3,
-    /// What the camera frames instead of the discs: corners of a box.
-    pub frame: Option<[V3; 8]>,
+    /// What the camera frames instead of the discs.
+    pub frame: Option<Vec<V3>>,
 }
 
 impl Scene {
-    pub fn new(cloud: &PointCloud<'_>, options: &PictureOptions) -> Result<Self, GeometryError> {
+    pub fn new(
+        cloud: &PointCloud<'_>,
+        frame: Option<&[[f64; 3]]>,
+        options: &PictureOptions,
+    ) -> Result<Self, GeometryError> {
         let view = View::new(options);
         let (front, back) = side_colors(cloud, options)?;
         let Some((low, high)) = cloud.bounds() else {
@@ -69,12 +73,8 @@ impl Scene {
             .fold(0.0, f64::max)
             .max(f64::MIN_POSITIVE);
         points.as_flattened_mut().iter_mut().for_each(|v| *v /= ball);
-        let frame = options.frame.map(|ends| {
-            std::array::from_fn(|i| {
-                let corner = std::array::from_fn(|k| (ends[i >> k & 1][k] - center[k]) / size / ball);
-                view.turned(corner)
-            })
-        });
+        let placed = |p: &[f64; 3]| view.turned(std::array::from_fn(|k| (p[k] - center[k]) / size / ball));
+        let frame = frame.map(|points| points.iter().map(placed).collect());
 
         let normal = match cloud.normals {
             Some(normals) => {
