@@ -116,6 +116,11 @@ fn seed(slot: &mut Grad, a: usize, value: f32) {
 
 fn graph(c: &mut Context, variables: &[Var]) -> Node {
     let axes = c.axes();
+    graph_at(c, axes, variables)
+}
+
+/// F at any point.
+pub fn graph_at(c: &mut Context, axes: [Node; 3], variables: &[Var]) -> Node {
     let mut sum = c.constant(0.0);
     for blob in variables.chunks_exact(4) {
         let mut squares = c.constant(0.0);

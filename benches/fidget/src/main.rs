@@ -1,12 +1,14 @@
 //! isoswarm beside fidget 0.5.1, one thread. Prints one JSON object.
 //!
-//! `part`: writes the tape of the CSG part to standard output. `gradients`: 250 smooth-min blobs with 1000 parameters. `csg [MODEL.vm
+//! `part`: writes the tape of the CSG part to standard output. `gradients`: 250 smooth-min blobs with 1000 parameters. `solve`: one
+//! solve of a drag with 48, 200 and 1000 parameters. `csg [MODEL.vm
 //! [lo hi]]`: a model at 100,000 points of its surface.
 
 mod blobs;
 mod csg;
 mod ours;
 mod part;
+mod solve;
 mod timing;
 
 use csg::{Descent, Model, Region};
@@ -22,8 +24,9 @@ fn main() {
         Some("part") => print_part(),
         Some("gradients") => println!("{}", gradients()),
         Some("csg") => println!("{}", csg(&arguments[1..])),
+        Some("solve") => println!("{}", solves()),
         _ => {
-            eprintln!("usage: isoswarm-bench-fidget part | gradients | csg [MODEL.vm [LO HI]]");
+            eprintln!("usage: isoswarm-bench-fidget part | gradients | solve | csg [MODEL.vm [LO HI]]");
             std::process::exit(2);
         }
     }
@@ -48,6 +51,20 @@ fn gradients() -> Value {
     let best = [16, 64, 256, 1024].map(|batch| (batch, ours::blobs(&blobs, &many, batch, RUNS)));
     let ours = best.into_iter().min_by(|a, b| a.1.0.total_cmp(&b.1.0)).expect("four batch sizes");
     json!({ "m": 1000, "isoswarm": { "us_per_point": 1e6 * ours.1.0, "batch": ours.0, "max_error_Fq": ours.1.1 }, "fidget": { "us_per_point": 1e6 * seconds, "batch": batch, "max_error_Fq": error } })
+}
+
+fn solves() -> Value {
+    let cases = [(12, 5, RUNS, 5), (50, 20, RUNS, 3), (250, 100, 5, 1)];
+    let rows = cases.map(|(blobs, pins, runs, theirs)| {
+        let system = solve::System::new(blobs, pins);
+        let ours = system.ours(runs);
+        let peer = system.fidget(theirs).map(|s| json!({ "ms": 1e3 * s.seconds, "distance": s.distance }));
+        json!({
+            "m": 4 * blobs, "pins": pins, "before": system.before(),
+            "isoswarm": { "ms": 1e3 * ours.seconds, "distance": ours.distance }, "fidget": peer,
+        })
+    });
+    json!(rows)
 }
 
 fn csg(arguments: &[String]) -> Value {

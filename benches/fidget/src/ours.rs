@@ -4,8 +4,8 @@ use crate::blobs::{Blob, K, reference};
 use crate::timing::fastest;
 use isoswarm_field::{Field, RegionOptions, Surface, text, vm};
 
-/// Seconds a point for F, ∂F/∂x and all of ∂F/∂q, and the largest absolute error of ∂F/∂q.
-pub fn blobs(blobs: &[Blob], points: &[[f64; 3]], batch: usize, runs: usize) -> (f64, f64) {
+/// The blobs as a field, and the place of each of their numbers among its parameters.
+pub fn field(blobs: &[Blob]) -> (Field, Vec<usize>) {
     let mut formula = String::new();
     let mut parameters = Vec::new();
     for (i, b) in blobs.iter().enumerate() {
@@ -19,10 +19,16 @@ pub fn blobs(blobs: &[Blob], points: &[[f64; 3]], batch: usize, runs: usize) -> 
     let model = text::parse(&format!("-log({formula})/{K}"), &named).expect("a formula");
     let field = Field::new(&model).expect("a model");
     // The formula's own order of parameters.
-    let place: Vec<usize> = named
+    let place = named
         .iter()
         .map(|(n, _)| field.parameters().iter().position(|p| p.path == *n).expect("used"))
         .collect();
+    (field, place)
+}
+
+/// Seconds a point for F, ∂F/∂x and all of ∂F/∂q, and the largest absolute error of ∂F/∂q.
+pub fn blobs(blobs: &[Blob], points: &[[f64; 3]], batch: usize, runs: usize) -> (f64, f64) {
+    let (field, place) = field(blobs);
     let m = place.len();
     let (mut value, mut gradient) = (vec![0.0; batch], vec![0.0; 3 * batch]);
     let mut q = vec![0.0; m * batch];

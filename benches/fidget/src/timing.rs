@@ -12,6 +12,13 @@ pub fn fastest<R>(runs: usize, mut call: impl FnMut() -> R) -> f64 {
     })
 }
 
+/// Processor time of a single call, for what takes minutes.
+pub fn once<R>(call: impl FnOnce() -> R) -> f64 {
+    let start = ProcessTime::now();
+    std::hint::black_box(call());
+    start.elapsed().as_secs_f64()
+}
+
 /// Uniform numbers in [0, 1): SplitMix64.
 pub struct Uniform(pub u64);
 

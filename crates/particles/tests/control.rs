@@ -292,3 +292,20 @@ fn vanishing_gradients_and_nonsense_are_answered() {
     let error = step(&mut f, &mut bad, &[1.0], &[], &FINE).unwrap_err().to_string();
     assert!(error.contains("pin") && error.contains("finite"), "{error}");
 }
+
+#[test]
+fn a_pin_far_off_the_surface_draws_it_near_step_by_step() {
+    let mut f = field(SPHERE, &AT);
+    let metric = sensitivity(&f, &around()).unwrap();
+    let mut pins = [Pin::new([0.0, 0.0, 1.0]), Pin::new([3.0, 0.5, 0.0])];
+    let mut before = off(&f, pins[1].at);
+    for _ in 0..80 {
+        let report = step(&mut f, &mut pins, &metric, &[], &FINE).unwrap();
+        assert!(!report.stuck);
+        assert!(off(&f, [0.0, 0.0, 1.0]) < 1e-10, "the other pin holds all the way");
+        let now = off(&f, pins[1].at);
+        assert!(now <= before && before - now < 3.0 * FINE.longest, "{before} {now}");
+        before = now;
+    }
+    assert!(before < 1e-10, "{before}");
+}

@@ -100,20 +100,47 @@ fn attempt(
     let mut part = 1.0;
     for halvings in 0..=HALVINGS {
         let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
-        let change: Vec<f64> = (0..n).map(|i| -rows.value[i] - dot(rows.gradient[i], d[i])).collect();
         let wanted: Vec<f64> = desired.iter().map(|v| v * part).collect();
-        let within = constrained(&Wanted {
-            rows: &rows,
-            pins,
-            metric,
+        let solve = |change: &[f64]| {
+            constrained(&Wanted {
+                rows: &rows,
+                pins,
+                metric,
+                room: &room,
+                desired: &wanted,
+                change,
+                least,
+                tolerance: RANK_TOLERANCE,
+            })
+        };
+        // Where F should be afterwards.
+        let mut goal: Vec<f64> = rows.value.iter().map(|f| f * (1.0 - part)).collect();
+        let change = |goal: &[f64]| -> Vec<f64> {
+            (0..n).map(|i| goal[i] - rows.value[i] - dot(rows.gradient[i], d[i])).collect()
+        };
+        let mut within = solve(&change(&goal));
+        // A surface that would have to come to a pin from afar comes nearer by no more than a step.
+        let off: Vec<f64> = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
+        let afar = (0..n)
+            .filter(|&i| pins[i].target.is_none() && off[i].is_finite())
+            .map(|i| off[i] - within.change.residual[i].abs())
+            .fold(0.0, f64::max);
+        if part * afar > options.longest {
+            let less = options.longest / afar;
+            for i in 0..n {
+                goal[i] = if off[i] < 1e-3 * options.longest { 0.0 } else { rows.value[i] * (1.0 - less) };
+            }
+            within = solve(&change(&goal));
+        }
+        let trial = Trial {
+            system: &within.system,
+            first: &within.change,
+            q,
             room: &room,
-            desired: &wanted,
-            change: &change,
-            least,
-            tolerance: RANK_TOLERANCE,
-        });
-        let trial =
-            Trial { system: &within.system, first: &within.change, q, room: &room, limits: &limits, options };
+            limits: &limits,
+            goal: &goal,
+            options,
+        };
         let ends: Vec<V3> =
             (0..n).map(|i| along(along(places[i], 1.0, d[i]), 1.0, within.change.way[i])).collect();
         if let Some(landed) = trial.correct(surface, pins, ends, part)? {
@@ -179,6 +206,7 @@ struct Trial<'a> {
     q: &'a [f64],
     room: &'a [(f64, f64)],
     limits: &'a [(f64, f64)],
+    goal: &'a [f64],
     options: &'a StepOptions,
 }
 
@@ -218,7 +246,8 @@ impl Trial<'_> {
             // How far off, beyond what the linear system already had to give up.
             let mut worst = 0.0f64;
             for i in (0..n).filter(|&i| exact[i]) {
-                let off = distance_of(value[i], gradient[i], least) - 1.01 * self.first.residual[i].abs();
+                let missed = value[i] - self.goal[i];
+                let off = distance_of(missed, gradient[i], least) - 1.01 * self.first.residual[i].abs();
                 worst = worst.max(if off.is_nan() { f64::INFINITY } else { off });
             }
             let loose = self.options.tolerance.max(LOOSE * part * self.options.longest);
@@ -232,7 +261,8 @@ impl Trial<'_> {
                 break;
             }
             last = worst;
-            let back: Vec<f64> = (0..n).map(|i| if exact[i] { -value[i] } else { 0.0 }).collect();
+            let back: Vec<f64> =
+                (0..n).map(|i| if exact[i] { self.goal[i] - value[i] } else { 0.0 }).collect();
             let more = self.system.solve(&back);
             for j in 0..change.len() {
                 change[j] = (change[j] + more.q[j]).clamp(self.room[j].0, self.room[j].1);
