@@ -139,7 +139,9 @@ def test_several_pins_at_once_and_a_handle() -> None:
     assert moved.drag(hands).reached
     assert values(moved)[0] == pytest.approx(0.5, abs=1e-6)
     region = ball()
-    assert region.drag(region.pin((0, 0, 1)), to=(0, 0, 1.2), radius=0.6).reached
+    result = region.drag(region.pin((0, 0, 1), grip=0.2), to=(0, 0, 1.2), radius=0.6)
+    assert result.reached
+    assert (result.rank, result.pins) == (1, 1), "what comes along is no pin"
 
 
 def test_grab_step_and_let_go() -> None:

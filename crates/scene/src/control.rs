@@ -123,7 +123,10 @@ impl Now {
             gain: if self.hold.as_ref().is_some_and(Hold::is_guided) { 1.0 } else { settings.gain },
             tolerance: TOLERANCE * self.swarm.size,
         };
-        let report = control::step(&mut self.state.field, &mut rows, &self.metric.costs, &desired, &options)?;
+        let mut report =
+            control::step(&mut self.state.field, &mut rows, &self.metric.costs, &desired, &options)?;
+        // Patches and regions are no pins: being soft, each row with a gradient counts one.
+        report.rank -= report.residual[exact..].iter().filter(|r| r.is_finite()).count().min(report.rank);
         for (p, row) in self.state.pins.iter_mut().zip(&rows[..exact]) {
             p.pin.at = row.at;
         }
