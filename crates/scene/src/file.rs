@@ -151,8 +151,16 @@ fn check_header(text: &str, format: &'static str) -> Result<(), Error> {
 impl Scene {
     /// The scene as the text of an `.iso.json` file: model, parameters, pins, settings and clock, exact to the last bit. The
     /// floaters are not part of it; they settle again. Functions are stored by name.
+    ///
+    /// # Errors
+    /// While an adapter is on, which is not part of a file.
     pub fn to_json(&self) -> Result<String, Error> {
         let state = &self.now.state;
+        if state.adapting.is_some() {
+            return Err(Error::Nothing(
+                "cannot save while an adapter is on: accept, keep or cancel it first".into(),
+            ));
+        }
         let model = json::to_json(&self.model()?);
         let model = model.trim_end().replace('\n', "\n  ");
         let pins: Vec<String> = state.pins.iter().map(|p| to_text(&record(p))).collect();
