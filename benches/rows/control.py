@@ -56,9 +56,8 @@ def solve_rows(options: Options) -> list[Row]:
 
 def numerical_rows(options: Options) -> list[Row]:
     """The same drag of a formula and of a Python function without derivatives: what exact derivatives save."""
-    import numpy as np
-
     import isoswarm as iso
+    import numpy as np
 
     centres = [(-0.5, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.6, 0.2)]
     start = {f"{a}{i}": c[k] for i, c in enumerate(centres) for k, a in enumerate("xyz")}
