@@ -34,7 +34,7 @@ pub(super) struct Kept {
 }
 
 /// How much farther lists reach than the forces.
-const SKIN: f64 = 1.3;
+const SKIN: f64 = 1.15;
 /// Radii that differ by less share one reach, which is faster to find.
 const ALIKE: f64 = 2.0;
 
@@ -100,7 +100,7 @@ pub(super) fn forces(
 /// Floaters that one task handles.
 const CHUNK: usize = 1024;
 /// Pairs that are evaluated together: a fixed number, so that no vector width changes a sum.
-const LANES: usize = 16;
+const LANES: usize = 8;
 
 /// The sums over the neighbours of some floaters.
 struct Sums<'a> {
