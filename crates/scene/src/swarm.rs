@@ -18,6 +18,11 @@ const LOST: f64 = 1.0;
 /// New floaters keep this many spacings from those that survive.
 const APART: f64 = 0.75;
 
+/// Spacing of a coarse look at the surface, as a part of its size.
+const COARSE: f64 = 0.1;
+/// A place on the surface without a floater within so many spacings has not been seen yet.
+const UNSEEN: f64 = 4.0;
+
 /// Floaters and what they aim at.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Swarm {
@@ -88,19 +93,31 @@ impl Swarm {
         self.floaters.size = self.floaters.points.iter().map(size).collect();
     }
 
-    /// One step on the surface as it is now.
-    pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<(), Error> {
-        let parameters = Parameters::live(self.size, self.spacing / NEAREST);
+    /// Whether there are floaters wherever a coarse look finds the surface: a part of it may be new.
+    pub(crate) fn covers(&self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
+        let coarse = (COARSE * self.size).max(self.spacing);
+        let options = Options { amount: particles::Amount::Spacing(coarse), seed, ..Options::default() };
+        let look = sample(field, bounds, options)?;
+        let mut floaters = self.floaters.clone();
+        floaters.admit(&look.points, UNSEEN * self.spacing, self.spacing);
+        Ok(floaters.len() == self.floaters.len())
+    }
+
+    /// One step on the surface as it is now. False where no floater is left on it.
+    pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
+        let most = Settings::MOST;
+        let parameters = Parameters { most, ..Parameters::live(self.size, self.spacing / NEAREST) };
         self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
         if self.floaters.off > LOST * self.spacing {
             // The surface has run away from some, or a part of it is gone.
             let mut rest = self.floaters.clone();
             rest.retain_near(field, bounds, SURVIVAL * self.spacing)?;
-            if !rest.is_empty() {
-                self.floaters = rest;
+            if rest.is_empty() {
+                return Ok(false);
             }
+            self.floaters = rest;
         }
-        Ok(())
+        Ok(true)
     }
 }
 
