@@ -437,7 +437,11 @@ impl Scene {
         let bounds = state.bounds;
         self.now.swarm.spacing = state.spacing;
         let was = std::mem::replace(&mut self.now.state, state);
-        self.resettle("going back")?;
+        if self.now.state.has_surface_of(&was) {
+            (self.now.metric, self.now.rested) = (Metric::stale(), false);
+        } else {
+            self.resettle("going back")?;
+        }
         self.now.state.bounds = bounds;
         let (from, to) =
             if undo { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };

@@ -212,9 +212,7 @@ impl Now {
     pub(crate) fn look_around(&mut self) -> Result<(), Error> {
         let (field, settings) = (&self.state.field, &self.state.settings);
         self.state.bounds = crate::swarm::bounds_of(field, settings)?;
-        if !self.swarm.covers(field, &self.state.bounds, settings.seed)?
-            && let Some(settled) = self.swarm.settled(field, &self.state.bounds, settings)?
-        {
+        if let Some(settled) = self.swarm.settled(field, &self.state.bounds, settings)? {
             self.swarm = settled;
         }
         Ok(())

@@ -30,6 +30,17 @@ pub(crate) struct State {
     pub(crate) adapting: Option<crate::adapting::Adapting>,
 }
 
+impl State {
+    /// Whether the surface and what the floaters aim at are the same, so that they can stay as they are.
+    pub(crate) fn has_surface_of(&self, other: &Self) -> bool {
+        let values = |s: &Self| s.field.parameters().iter().map(|p| p.value.to_bits()).collect::<Vec<_>>();
+        values(self) == values(other)
+            && self.spacing == other.spacing
+            && (self.bounds.lo, self.bounds.hi) == (other.bounds.lo, other.bounds.hi)
+            && self.field.model() == other.field.model()
+    }
+}
+
 /// All that changes with time.
 #[derive(Clone, Debug)]
 pub(crate) struct Now {

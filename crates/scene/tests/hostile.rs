@@ -209,6 +209,24 @@ fn the_spacing_comes_back_with_undo_and_from_files() {
 }
 
 #[test]
+fn undo_of_what_does_not_touch_the_surface_leaves_the_floaters_alone() {
+    let mut s = scene("sphere(r=1)", 100);
+    s.step(5).unwrap();
+    let floaters = s.frame().floaters.clone();
+    s.apply(pin([1.0, 0.0, 0.0])).unwrap();
+    s.apply(Command::Freeze { pattern: "*".into(), frozen: true }).unwrap();
+    s.apply(Command::Undo {}).unwrap();
+    s.apply(Command::Undo {}).unwrap();
+    assert_eq!(s.frame().floaters, &floaters);
+    assert!(s.pins().is_empty() && !s.field().parameters()[0].frozen);
+    // A small change moves them, and keeps them.
+    s.apply(Command::Set { path: "sphere/r".into(), value: 1.01 }).unwrap();
+    assert_eq!(s.frame().floaters.id, floaters.id);
+    let far = |p: &[f64; 3]| ((p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt() - 1.01).abs() > 1e-6;
+    assert!(!s.frame().floaters.points.iter().any(far));
+}
+
+#[test]
 fn the_rest_shape_goes_with_the_tree() {
     let mut s = scene("translate(sphere(r=1), x=-2) | translate(box(1,1,1), x=2)", 100);
     s.apply(Command::Rest {}).unwrap();
