@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+import numpy.typing as npt
+
 from isoswarm import _core
 from isoswarm.field import Field, Operand, node
 
-__all__ = ["algebraic", "blend", "stack", "xy", "xyz"]
+__all__ = ["algebraic", "blend", "free_form", "stack", "xy", "xyz"]
 
 
 def xyz() -> tuple[Field, Field, Field]:
@@ -95,3 +98,58 @@ def blend(f: Operand, g: Operand, h: Callable[[Field, Field], Operand]) -> Field
 def stack(*fields: Operand) -> Field:
     """Make a field of several components: the points where all are zero, such as the curve where surfaces meet."""
     return node("stack", *fields)
+
+
+def free_form(
+    field: Field,
+    lo: npt.ArrayLike,
+    hi: npt.ArrayLike,
+    controls: tuple[int, int, int] = (3, 3, 3),
+    displacements: npt.ArrayLike | None = None,
+) -> Field:
+    """Deform a field freely by a lattice of control points in a box (after Sederberg and Parry 1986).
+
+    The inverse deformation p - d(p) is what is written down: exact for the whole lattice moved as one, close to the
+    forward deformation where displacements change slowly. Outside of the box the displacement is that of the nearest
+    point of the box.
+
+    Parameters
+    ----------
+    field : Field
+        What is deformed.
+    lo, hi : array_like, (3,)
+        Corners of the box, lo < hi on each axis.
+    controls : tuple of int
+        Control points (nx, ny, nz) along each axis, 2 to 8.
+    displacements : array_like, (nx, ny, nz, 3), optional
+        Displacement of each control point; 0 by default.
+
+    Returns
+    -------
+    Field
+        With the displacements as parameters before those of ``field``.
+
+    Examples
+    --------
+    >>> import isoswarm as iso
+    >>> import numpy as np
+    >>> d = np.zeros((2, 2, 2, 3))
+    >>> d[..., 0] = 0.5  # the whole lattice by 0.5 along x
+    >>> moved = iso.free_form(iso.sphere(r=1), (-1, -1, -1), (1, 1, 1), (2, 2, 2), d)
+    >>> round(float(moved.value([[1.5, 0.0, 0.0]])[0]), 12)
+    0.0
+
+    """
+    low, high = np.asarray(lo, float), np.asarray(hi, float)
+    if low.shape != (3,) or high.shape != (3,) or not np.all(low < high):
+        raise ValueError(f"lo, hi: expected two corners with lo < hi on each axis, given {lo!r} and {hi!r}")
+    counts = tuple(int(c) for c in controls)
+    if len(counts) != 3 or not all(2 <= c <= 8 for c in counts):
+        raise ValueError(f"controls: expected 2 to 8 along each axis, given {controls}")
+    shape = (*counts, 3)
+    d = np.zeros(shape) if displacements is None else np.asarray(displacements, float)
+    if d.shape != shape or not np.all(np.isfinite(d)):
+        raise ValueError(f"displacements: expected finite numbers of shape {shape}, given {d.shape}")
+    # x fastest, z slowest.
+    flat = d.transpose(2, 1, 0, 3).reshape(-1)
+    return node("free_form", field, *low, *(high - low), *counts, *flat)

@@ -210,3 +210,16 @@ def test_no_points() -> None:
     assert ball.parameter_gradient(empty).shape == (0, 1)
     assert ball.hessian(empty).shape == (0, 3, 3)
     assert ball.project(empty).shape == (0, 3)
+
+
+def test_free_form_moves_what_its_control_points_say():
+    d = np.zeros((3, 2, 2, 3))
+    d[2, :, :, 2] = 0.4  # the right end up
+    field = iso.free_form(iso.sphere(r=0.5), (-1, -1, -1), (1, 1, 1), (3, 2, 2), d)
+    assert len(field.parameters) == 9 + 36 + 1
+    # At x = 1 the displacement is .4, at x = -1 it is 0, at x = 0 it is B(1/2) = 1/4 of it (Bernstein).
+    value = field.value([[0.0, 0.0, 0.5 + 0.1], [0.0, 0.0, -0.5 + 0.1]])
+    assert value == pytest.approx([0.0, 0.0], abs=1e-12)
+    for wrong in ({"lo": (1, 1, 1)}, {"controls": (1, 2, 2)}, {"displacements": np.zeros((2, 2, 2, 3))}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            iso.free_form(**{"field": iso.sphere(), "lo": (-1, -1, -1), "hi": (1, 1, 1)} | wrong)

@@ -204,14 +204,6 @@ impl Scene {
         Ok((keep(&a.original)?, self.carried_rest(&a.original, keep)?))
     }
 
-    /// What a file is to hold, which knows no adapters that are on: the adapter as an operator, and the rest shape.
-    pub(crate) fn lasting(&self) -> Result<(Model, Option<Vec<f64>>), Error> {
-        match &self.now.state.adapting {
-            Some(a) => self.kept(a),
-            None => Ok((self.model()?, self.now.state.rest.clone())),
-        }
-    }
-
     /// The rest shape's values after a change of the tree `before`.
     pub(crate) fn carried_rest(
         &self,

@@ -5,6 +5,7 @@ use isoswarm_field::{Field, FieldError, text};
 use isoswarm_particles::project;
 
 use crate::adapting::Place;
+use crate::command::check_place;
 use crate::control::Metric;
 use crate::file::PinRecord;
 use crate::hold::{Hold, Motion};
@@ -449,17 +450,6 @@ impl Scene {
         to.push(was);
         Ok(Change { model: true, parameters: true, ..Change::default() })
     }
-}
-
-/// Refuses what is no place: not finite, so far off that squares overflow, or off the plane of a curve.
-pub(crate) fn check_place(name: &'static str, p: [f64; 3], axes: usize) -> Result<(), Error> {
-    if !p.iter().all(|c| c.is_finite() && c.abs() < 1e100) {
-        return Err(Error::option(name, "three finite numbers below 1e100", format!("{p:?}")));
-    }
-    if axes == 2 && p[2] != 0.0 {
-        return Err(Error::option(name, "z = 0, as the model is a plane curve", format!("{p:?}")));
-    }
-    Ok(())
 }
 
 /// How far a drag is.

@@ -261,6 +261,17 @@ pub enum Command {
     Redo {},
 }
 
+/// Refuses what is no place: not finite, so far off that squares overflow, or off the plane of a curve.
+pub(crate) fn check_place(name: &'static str, p: [f64; 3], axes: usize) -> Result<(), Error> {
+    if !p.iter().all(|c| c.is_finite() && c.abs() < 1e100) {
+        return Err(Error::option(name, "three finite numbers below 1e100", format!("{p:?}")));
+    }
+    if axes == 2 && p[2] != 0.0 {
+        return Err(Error::option(name, "z = 0, as the model is a plane curve", format!("{p:?}")));
+    }
+    Ok(())
+}
+
 impl Command {
     /// Refuses what would take for ever.
     pub(crate) fn check(&self) -> Result<(), Error> {

