@@ -120,3 +120,20 @@ fn the_three_schemes_can_be_compared() {
         assert!(even.report.evenness.rho_avg > other.report.evenness.rho_avg);
     }
 }
+
+#[test]
+fn no_more_floaters_than_are_allowed() {
+    // Radii that are far too large for σ̂: every floater wants to split at once, again and again.
+    let (surface, bounds) = (sphere([0.0; 3], 1.0), cube_bounds(1.2));
+    let grown = |most: usize| {
+        let parameters = Parameters { most, ..Parameters::live(2.0, 0.02) };
+        let mut floaters = Floaters::new(&[[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 0.3);
+        for _ in 0..60 {
+            floaters.step(&surface, &bounds, &[], &parameters, 0, &mut 0).unwrap();
+            assert!(floaters.len() <= most);
+        }
+        floaters.len()
+    };
+    assert!(grown(100_000) > 200);
+    assert_eq!(grown(50), 50);
+}

@@ -2,7 +2,7 @@
 //! section 5).
 
 use isoswarm_field::model::adapters::{Adapter, inverse, wrap};
-use isoswarm_field::{Aabb, Field, Model};
+use isoswarm_field::{Aabb, Field, FieldError, Model};
 use isoswarm_particles::control::{FieldPoints, Transfer, TransferOptions, carry, transfer, transfer_from};
 
 use crate::control::Metric;
@@ -25,8 +25,10 @@ const NAME: &str = "adapter";
 /// An adapter that is on.
 #[derive(Clone, Debug)]
 pub(crate) struct Adapting {
-    /// The part that is adapted.
+    /// The part that is adapted, in the model without the adapter.
     path: String,
+    /// The adapter, in the model with it.
+    adapter: String,
     /// The model without the adapter.
     original: Model,
     /// The part alone, with parameters that follow.
@@ -61,13 +63,9 @@ impl Adapting {
         let [x, y, z] = inverse(&node)?;
         let whole = original.with_node(path, &node)?;
         let mut field = Field::new(&whole)?;
-        // Only the adapter's own parameters are in q; they are those of its node.
-        let nodes = whole.nodes();
-        let adapter_path = nodes
-            .iter()
-            .find(|n| n.kind == adapter.kind.node && n.model().name() == Some(NAME))
-            .map(|n| n.path.clone())
-            .unwrap_or_default();
+        // Only the adapter's own parameters are in q; they are those of its node, which has the place of the part.
+        let at = original.nodes().iter().position(|n| n.path == path).unwrap_or(0);
+        let adapter_path = whole.nodes()[at].path.clone();
         let own_paths: Vec<String> = node
             .params()
             .iter()
@@ -94,27 +92,17 @@ impl Adapting {
         let moved = points.points.clone();
         let inverse = [Field::new(&x)?, Field::new(&y)?, Field::new(&z)?];
         let report = TransferReport { freedom, rank: 0, ..TransferReport::default() };
-        let this = Self { path: path.into(), original, operand, inverse, field: points, moved, own, report };
+        let (path, adapter) = (path.to_string(), adapter_path);
+        let this = Self { path, adapter, original, operand, inverse, field: points, moved, own, report };
         Ok((this, field))
     }
 
     /// The operand's parameters follow the adapter's.
     fn follow(&mut self, whole: &Field, steps: usize) -> Result<(), Error> {
-        let values: Vec<(String, f64)> = self
-            .own
-            .iter()
-            .map(|&i| {
-                let p = &whole.parameters()[i];
-                (p.path.rsplit('/').next().unwrap_or(&p.path).to_string(), p.value)
-            })
-            .collect();
+        // The node of D⁻¹ has the same free parameters in the same order.
+        let values: Vec<f64> = self.own.iter().map(|&i| whole.parameters()[i].value).collect();
         for coordinate in &mut self.inverse {
-            for (name, value) in &values {
-                let ends = |p: &isoswarm_field::ParamInfo| p.path.rsplit('/').next() == Some(name);
-                if let Some(i) = coordinate.parameters().iter().position(ends) {
-                    coordinate.set_value(i, *value)?;
-                }
-            }
+            coordinate.set_q(&values)?;
         }
         let [x, y, z] = &self.inverse;
         self.moved = carry([x, y, z], &self.field.points, &self.moved)?;
@@ -203,15 +191,61 @@ impl Scene {
     /// The adapter becomes an operator of the model.
     pub(crate) fn keep_adapter(&mut self) -> Result<Change, Error> {
         let a = self.take_adapter()?;
-        let part = a.original.node(&a.path)?;
-        let whole = self.model()?;
-        let found = whole.nodes().into_iter().find(|n| n.model().name() == Some(NAME));
-        let node = found.ok_or_else(|| Error::Nothing("the adapter's node is gone".into()))?;
-        // The operand as it was, under the adapter as it is now.
-        let kept = node.model().with_operands(vec![part])?;
-        let model = a.original.with_node(&a.path, &kept)?;
+        let (model, rest) = self.kept(&a)?;
         self.finish_adapter(&model, "the operator")?;
+        self.now.state.rest = rest;
         Ok(Change { model: true, parameters: true, ..Change::default() })
+    }
+
+    /// The operand as it was, under the adapter as it is now; and the rest shape.
+    fn kept(&self, a: &Adapting) -> Result<(Model, Option<Vec<f64>>), Error> {
+        let node = self.model()?.node(&a.adapter)?;
+        let keep = |m: &Model| m.with_wrapped(&a.path, |part| node.with_operands(vec![part.clone()]));
+        Ok((keep(&a.original)?, self.carried_rest(&a.original, keep)?))
+    }
+
+    /// The rest shape's values after a change of the tree `before`.
+    pub(crate) fn carried_rest(
+        &self,
+        before: &Model,
+        change: impl Fn(&Model) -> Result<Model, FieldError>,
+    ) -> Result<Option<Vec<f64>>, Error> {
+        let Some(rest) = &self.now.state.rest else { return Ok(None) };
+        let mut params = before.parameters();
+        for (p, value) in params.iter_mut().zip(rest).filter(|(p, _)| !p.discrete) {
+            p.value = *value;
+        }
+        let at_rest = change(&before.with_parameters(&params)?)?;
+        Ok(Some(at_rest.parameters().iter().map(|p| p.value).collect()))
+    }
+
+    /// Those of the parameters that may be changed now: while an adapter is on only its own, the others follow or come back.
+    pub(crate) fn mine(&self, mut which: Vec<usize>, pattern: &str) -> Result<Vec<usize>, Error> {
+        let Some(a) = &self.now.state.adapting else { return Ok(which) };
+        which.retain(|i| a.own.contains(i));
+        if which.is_empty() {
+            return Err(Error::Nothing(format!(
+                "`{pattern}` cannot be changed while an adapter is on, only the adapter's own parameters `{}/*`: \
+                 accept, keep or cancel it first",
+                a.adapter
+            )));
+        }
+        Ok(which)
+    }
+
+    /// The bounds that the kinds of the nodes ask for, for each parameter.
+    pub(crate) fn own_bounds(&self) -> Vec<(f64, f64)> {
+        let mut known = std::collections::HashMap::new();
+        for n in self.field().model().nodes() {
+            let m = n.model();
+            for (i, p) in m.params().iter().enumerate() {
+                if let Some(spec) = m.kind().spec(i) {
+                    known.insert(format!("{}/{}", n.path, p.name), spec.bounds);
+                }
+            }
+        }
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        self.field().parameters().iter().map(|p| known.get(&p.path).copied().unwrap_or(free)).collect()
     }
 
     /// The model as it was before the adapter.
@@ -260,8 +294,9 @@ impl Scene {
         }
         let model = whole.with_node(path, &operand.current_model()?)?;
         let field = Field::new(&model)?;
+        let rest = self.carried_rest(&whole, |m| m.with_node(path, &operand.current_model()?))?;
         self.remember();
-        self.now.state.field = field;
+        (self.now.state.field, self.now.state.rest) = (field, rest);
         self.resettle("flattening")?;
         Ok(Change { model: true, parameters: true, transfer: Some(transfer), ..Change::default() })
     }

@@ -2,11 +2,12 @@
 
 use isoswarm_field::model::{Model, Param, Payload, kind, path_matches};
 use isoswarm_field::{Field, FieldError, text};
-use isoswarm_particles::control::{Guide, Pin};
 use isoswarm_particles::project;
 
 use crate::adapting::Place;
-use crate::control::{Metric, ScenePin};
+use crate::command::check_place;
+use crate::control::Metric;
+use crate::file::PinRecord;
 use crate::hold::{Hold, Motion};
 use crate::scene::{Progress, ProgressFn, Scene};
 use crate::{Along, Command, DragReport, Ending, Error, FitReport, Hand, PinRef, Settings, TransferReport};
@@ -47,9 +48,16 @@ impl Scene {
                 f.set_frozen(i, frozen);
                 Ok(())
             }),
-            Command::Limit { pattern, bounds: [lo, hi] } => self.each(&pattern, |f, i| {
-                f.set_bounds(i, lo.unwrap_or(f64::NEG_INFINITY), hi.unwrap_or(f64::INFINITY))
-            }),
+            Command::Limit { pattern, bounds: [lo, hi] } => {
+                let own = self.own_bounds();
+                self.each(&pattern, |f, i| {
+                    f.set_bounds(
+                        i,
+                        lo.unwrap_or(own[i].0).max(own[i].0),
+                        hi.unwrap_or(own[i].1).min(own[i].1),
+                    )
+                })
+            }
             Command::Scale { pattern, scale } => self.each(&pattern, |f, i| f.set_scale(i, scale)),
             Command::Pin { at, name, weight, softness, along, grip } => {
                 self.make_pin(at, name, weight, softness, along, grip)
@@ -95,6 +103,7 @@ impl Scene {
                 self.fit_points(&points, &weights, loss, iterations, progress)
             }
             Command::Rest {} => {
+                self.no_adapter("take a rest shape")?;
                 self.remember();
                 let values = self.field().parameters().iter().map(|p| p.value).collect();
                 self.now.state.rest = Some(values);
@@ -166,6 +175,7 @@ impl Scene {
 
     fn set(&mut self, path: &str, value: f64) -> Result<Change, Error> {
         let i = self.field().parameter(path)?;
+        self.mine(vec![i], path)?;
         if self.field().parameters()[i].discrete {
             return self.edit("this value", |m| m.with_value(path, value));
         }
@@ -189,6 +199,7 @@ impl Scene {
             // Says which there are.
             self.field().parameter(pattern)?;
         }
+        let fits = self.mine(fits, pattern)?;
         self.remember();
         for i in fits {
             change(&mut self.now.state.field, i)?;
@@ -206,27 +217,10 @@ impl Scene {
         along: Option<Along>,
         grip: Option<f64>,
     ) -> Result<Change, Error> {
-        if !at.iter().all(|v| v.is_finite()) {
-            return Err(Error::option("pin", "a point with finite coordinates", format!("{at:?}")));
-        }
-        if !(weight.is_finite() && weight > 0.0) {
-            return Err(Error::option("weight", "a finite number above 0", weight));
-        }
-        if !(softness.is_finite() && softness >= 0.0) {
-            return Err(Error::option("softness", "a finite number from 0 up", softness));
-        }
-        if let Some(r) = grip.filter(|r| !(r.is_finite() && *r > 0.0)) {
-            return Err(Error::option("grip", "a radius above 0", r));
-        }
-        let guide = match along {
-            None => Guide::Free,
-            Some(a) => a
-                .guide()
-                .ok_or_else(|| Error::option("along", "a direction that is not zero", format!("{a:?}")))?,
-        };
-        if let Some(name) = &name
-            && (name.is_empty() || self.now.state.pins.iter().any(|p| p.name.as_ref() == Some(name)))
-        {
+        let record = PinRecord { id: self.now.state.next_pin, at, name, weight, softness, along, grip };
+        let mut pin = record.pin(self.field().axes())?;
+        if pin.name.is_some() && self.now.state.pins.iter().any(|p| p.name == pin.name) {
+            let name = pin.name.unwrap_or_default();
             return Err(Error::option("name", "a name that no other pin has", format!("`{name}`")));
         }
         let size = self.now.swarm.size;
@@ -239,10 +233,9 @@ impl Scene {
             return Err(Error::FarPin { at, distance, limit });
         }
         self.remember();
-        let id = self.now.state.next_pin;
+        let id = pin.id;
         self.now.state.next_pin += 1;
-        let pin = Pin { weight, softness, guide, ..Pin::new(place[0]) };
-        let mut pin = ScenePin { id, name, pin, grip, patch: Vec::new() };
+        pin.pin.at = place[0];
         pin.lay_patch(&self.now)?;
         self.now.state.pins.push(pin);
         (self.now.rested, self.now.metric) = (false, Metric::stale());
@@ -250,22 +243,27 @@ impl Scene {
     }
 
     fn targets(&self, hands: &[Hand]) -> Result<Vec<(u64, [f64; 3])>, Error> {
-        if hands.is_empty() {
+        let axes = self.field().axes();
+        let target = |h: &Hand| {
+            check_place("to", h.to, axes)?;
+            Ok((self.now.state.pins[self.find_pin(&h.pin)?].id, h.to))
+        };
+        let targets: Vec<(u64, [f64; 3])> = hands.iter().map(target).collect::<Result<_, Error>>()?;
+        self.each_once(targets.iter().map(|t| t.0))?;
+        Ok(targets)
+    }
+
+    /// Refuses a list of pins that is empty or has one twice.
+    fn each_once(&self, ids: impl Iterator<Item = u64>) -> Result<(), Error> {
+        let mut ids: Vec<u64> = ids.collect();
+        ids.sort_unstable();
+        if ids.is_empty() {
             return Err(Error::option("hands", "at least one pin and where it goes", "none"));
         }
-        hands
-            .iter()
-            .map(|h| {
-                if !h.to.iter().all(|v| v.is_finite()) {
-                    return Err(Error::option(
-                        "to",
-                        "a point with finite coordinates",
-                        format!("{:?}", h.to),
-                    ));
-                }
-                Ok((self.now.state.pins[self.find_pin(&h.pin)?].id, h.to))
-            })
-            .collect()
+        match ids.windows(2).find(|w| w[0] == w[1]) {
+            Some(w) => Err(Error::option("hands", "each pin once", format!("pin {} twice", w[0]))),
+            None => Ok(()),
+        }
     }
 
     fn grab(&mut self, hands: &[Hand], radius: Option<f64>) -> Result<(), Error> {
@@ -294,19 +292,19 @@ impl Scene {
         rotation: [f64; 3],
         translation: [f64; 3],
     ) -> Result<(), Error> {
-        for (name, v) in [("centre", centre), ("rotation", rotation), ("translation", translation)] {
-            if !v.iter().all(|c| c.is_finite() && c.abs() < 1e100) {
-                return Err(Error::option(name, "three finite numbers", format!("{v:?}")));
-            }
+        let axes = self.field().axes();
+        check_place("centre", centre, axes)?;
+        check_place("translation", translation, axes)?;
+        check_place("rotation", rotation, 3)?;
+        if axes == 2 && (rotation[0] != 0.0 || rotation[1] != 0.0) {
+            return Err(Error::option("rotation", "a turn about z in the plane", format!("{rotation:?}")));
         }
         let mut from = Vec::with_capacity(pins.len());
         for p in pins {
             let pin = &self.now.state.pins[self.find_pin(p)?];
             from.push((pin.id, pin.pin.at));
         }
-        if from.is_empty() {
-            return Err(Error::option("pins", "at least one pin", "none"));
-        }
+        self.each_once(from.iter().map(|f| f.0))?;
         self.remember();
         self.now.hold = Some(Hold::turning(Motion::new(centre, rotation, translation, from)));
         (self.now.metric, self.now.rested) = (Metric::stale(), false);
@@ -348,6 +346,9 @@ impl Scene {
     fn release(&mut self, ending: Ending) -> Result<DragReport, Error> {
         let hold = self.now.hold.take().unwrap_or_default();
         let distance = hold.remaining(&self.now.state.pins);
+        if hold.steps > 0 {
+            self.now.look_around()?;
+        }
         for _ in 0..SETTLING {
             self.now.step()?;
         }
@@ -403,19 +404,21 @@ impl Scene {
     fn edit(
         &mut self,
         what: &str,
-        change: impl FnOnce(&Model) -> Result<Model, FieldError>,
+        change: impl Fn(&Model) -> Result<Model, FieldError>,
     ) -> Result<Change, Error> {
         self.idle("change the model")?;
         self.no_adapter("change the model")?;
-        let model = change(&self.model()?)?;
+        let before = self.model()?;
+        let model = change(&before)?;
+        let rest = self.carried_rest(&before, change)?;
         let field = Field::new(&model)?;
         if field.components() != 1 {
             return Err(Error::option("model", "one equation F = 0", format!("{}", field.components())));
         }
         self.remember();
-        self.now.state.field = field;
-        self.learn_functions(&model);
+        (self.now.state.field, self.now.state.rest) = (field, rest);
         self.resettle(what)?;
+        self.learn_functions(&model);
         Ok(Change { model: true, parameters: true, ..Change::default() })
     }
 
@@ -433,8 +436,13 @@ impl Scene {
             return Err(Error::Nothing(what.into()));
         };
         let bounds = state.bounds;
+        self.now.swarm.spacing = state.spacing;
         let was = std::mem::replace(&mut self.now.state, state);
-        self.resettle("going back")?;
+        if self.now.state.has_surface_of(&was) {
+            (self.now.metric, self.now.rested) = (Metric::stale(), false);
+        } else {
+            self.resettle("going back")?;
+        }
         self.now.state.bounds = bounds;
         let (from, to) =
             if undo { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };

@@ -4,7 +4,7 @@ use isoswarm_particles::control::Guide;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::Settings;
+use crate::{Error, Settings};
 
 /// A pin by its number or its name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -69,7 +69,7 @@ pub enum Command {
         #[serde(default = "yes")]
         frozen: bool,
     },
-    /// Bounds of the parameters that fit the pattern; null: none.
+    /// Bounds of the parameters that fit the pattern; null: none but what the kind of node asks for (a radius stays above 0).
     Limit {
         /// The pattern.
         pattern: String,
@@ -147,7 +147,7 @@ pub enum Command {
     },
     /// Lets time pass.
     Step {
-        /// How many steps.
+        /// How many steps, up to 10 million.
         #[serde(default = "once")]
         count: usize,
     },
@@ -261,7 +261,30 @@ pub enum Command {
     Redo {},
 }
 
+/// Refuses what is no place: not finite, so far off that squares overflow, or off the plane of a curve.
+pub(crate) fn check_place(name: &'static str, p: [f64; 3], axes: usize) -> Result<(), Error> {
+    if !p.iter().all(|c| c.is_finite() && c.abs() < 1e100) {
+        return Err(Error::option(name, "three finite numbers below 1e100", format!("{p:?}")));
+    }
+    if axes == 2 && p[2] != 0.0 {
+        return Err(Error::option(name, "z = 0, as the model is a plane curve", format!("{p:?}")));
+    }
+    Ok(())
+}
+
 impl Command {
+    /// Refuses what would take for ever.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        match self {
+            Command::Drag { steps: n, .. } | Command::Turn { steps: n, .. } | Command::Step { count: n }
+                if *n as u64 > MOST_STEPS =>
+            {
+                Err(Error::option("steps", format!("up to {MOST_STEPS}"), n))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The same, ended after so many steps.
     pub(crate) fn shorten(&mut self, steps: usize) {
         match self {
@@ -304,6 +327,9 @@ fn one() -> f64 {
 fn once() -> usize {
     1
 }
+
+/// Most steps that a command may be asked for.
+pub(crate) const MOST_STEPS: u64 = 10_000_000;
 
 /// Most steps of a drag by default.
 pub(crate) const DRAG_STEPS: usize = 1000;

@@ -13,6 +13,8 @@ type V3 = [f64; 3];
 
 /// Pins hold within this part of the model's size.
 const TOLERANCE: f64 = 1e-10;
+/// The rest shape has been reached where what is left moves the surface by less than this part of its size in a step.
+const NEAR: f64 = 1e-14;
 /// Floaters at which the parameters' costs are measured, and steps until they are measured again.
 const MEASURED: usize = 64;
 const MEASURED_EVERY: u64 = 16;
@@ -39,13 +41,20 @@ pub struct ScenePin {
 impl ScenePin {
     /// Lays the patch around the pin: points of the surface at the grip's radius.
     pub(crate) fn lay_patch(&mut self, now: &Now) -> Result<(), Error> {
-        let Some(radius) = self.grip else { return Ok(()) };
+        let Some(radius) = self.grip.map(|r| r.min(now.swarm.size)) else { return Ok(()) };
         let field = &now.state.field;
         let (mut f, mut g) = ([0.0], [[0.0; 3]]);
         isoswarm_field::Surface::value_gradient(field, &[self.pin.at], &mut f, &mut g)?;
         let (u, v) = isoswarm_particles::control::tangents(g[0]);
         let mut points: Vec<V3> = (0..GRIP_POINTS)
             .map(|k| {
+                if field.axes() == 2 {
+                    // To both sides along the curve.
+                    let s = radius * (k as f64 - 2.5) / 2.5;
+                    let size = (g[0][0] * g[0][0] + g[0][1] * g[0][1]).sqrt();
+                    let n = if size > 0.0 { g[0].map(|c| c / size) } else { [0.0; 3] };
+                    return [self.pin.at[0] - s * n[1], self.pin.at[1] + s * n[0], 0.0];
+                }
                 let t = k as f64 * (std::f64::consts::TAU / GRIP_POINTS as f64);
                 let (s, c) = (isoswarm_field::math::sin(t), isoswarm_field::math::cos(t));
                 [0, 1, 2].map(|a| self.pin.at[a] + radius * (c * u[a] + s * v[a]))
@@ -86,7 +95,12 @@ impl Now {
             let points: Vec<V3> = self.state.pins.iter().filter(held).map(|p| p.pin.at).collect();
             self.swarm.look_at(&points, focus);
         }
-        self.swarm.step(&self.state.field, &self.state.bounds, self.state.settings.seed)?;
+        let settings = &self.state.settings;
+        if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed)? {
+            // The surface has jumped away from all of them, or it is gone.
+            let settled = self.swarm.settled(&self.state.field, &self.state.bounds, settings)?;
+            self.swarm = settled.ok_or_else(|| Error::Vanished { what: "this step".into() })?;
+        }
         self.clock += 1;
         Ok(report)
     }
@@ -129,6 +143,9 @@ impl Now {
         report.rank -= report.residual[exact..].iter().filter(|r| r.is_finite()).count().min(report.rank);
         for (p, row) in self.state.pins.iter_mut().zip(&rows[..exact]) {
             p.pin.at = row.at;
+            if self.state.field.axes() == 2 {
+                p.pin.at[2] = 0.0;
+            }
         }
         self.follow_patches(&rows[exact..patches])?;
         if let Some(hold) = &mut self.hold {
@@ -149,7 +166,10 @@ impl Now {
             Some(rest) if recovery > 0.0 && rest.len() == params.len() => {
                 let free = params.iter().zip(rest).filter(|(p, _)| p.is_free());
                 let way: Vec<f64> = free.zip(q).map(|((_, r), q)| recovery * (r - q)).collect();
-                let far = way.iter().zip(q).any(|(w, q)| w.abs() > 1e-15 * q.abs());
+                // Near enough once the surface would hardly notice.
+                let cost = |j: usize| self.metric.costs.get(j).copied().unwrap_or(f64::INFINITY);
+                let least = NEAR * self.swarm.size;
+                let far = way.iter().enumerate().any(|(j, w)| w.abs() * cost(j) > least);
                 if far { way } else { Vec::new() }
             }
             _ => Vec::new(),
@@ -184,6 +204,16 @@ impl Now {
                 let q = points.next().unwrap_or(p.pin.at);
                 *offset = [0, 1, 2].map(|a| q[a] - p.pin.at[a]);
             }
+        }
+        Ok(())
+    }
+
+    /// New floaters where a drag has brought up a part of the surface that the old ones do not lead to.
+    pub(crate) fn look_around(&mut self) -> Result<(), Error> {
+        let (field, settings) = (&self.state.field, &self.state.settings);
+        self.state.bounds = crate::swarm::bounds_of(field, settings)?;
+        if let Some(settled) = self.swarm.settled(field, &self.state.bounds, settings)? {
+            self.swarm = settled;
         }
         Ok(())
     }

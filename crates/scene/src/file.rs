@@ -10,8 +10,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
+use crate::command::check_place;
 use crate::control::ScenePin;
-use crate::{Along, Command, Entry, Error, Scene, Settings};
+use crate::{Along, Amount, Command, Entry, Error, Scene, Settings};
 
 /// What a file of a scene calls itself.
 pub const FORMAT: &str = "isoswarm scene";
@@ -22,6 +23,8 @@ pub const VERSION: u32 = 1;
 /// Most pins and most commands in a file.
 const MOST_PINS: usize = 100_000;
 const MOST_COMMANDS: usize = 1_000_000;
+/// Largest clock and largest number of a pin: what every reader of JSON takes exactly.
+const LARGEST: u64 = 1 << 53;
 
 #[derive(Deserialize)]
 struct Header {
@@ -56,6 +59,9 @@ struct SceneFile<'a> {
     /// Values of all parameters to which recovery leads back.
     #[serde(default)]
     rest: Option<Vec<f64>>,
+    /// Mean distance between neighbouring floaters, where their number was given; found anew if missing.
+    #[serde(default)]
+    spacing: Option<f64>,
     /// Steps taken.
     #[serde(default)]
     clock: u64,
@@ -64,19 +70,19 @@ struct SceneFile<'a> {
 /// A control point.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct PinRecord {
-    id: u64,
-    at: [f64; 3],
+pub(crate) struct PinRecord {
+    pub(crate) id: u64,
+    pub(crate) at: [f64; 3],
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    name: Option<String>,
+    pub(crate) name: Option<String>,
     #[serde(default = "one")]
-    weight: f64,
+    pub(crate) weight: f64,
     #[serde(default)]
-    softness: f64,
+    pub(crate) softness: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    along: Option<Along>,
+    pub(crate) along: Option<Along>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    grip: Option<f64>,
+    pub(crate) grip: Option<f64>,
 }
 
 /// Commands, one after the other. Each may have `at_step`, the clock to wait for.
@@ -173,6 +179,9 @@ impl Scene {
         if let Some(rest) = &state.rest {
             out += &format!("  \"rest\": {},\n", to_text(rest));
         }
+        if let Amount::Count(_) = state.settings.amount {
+            out += &format!("  \"spacing\": {},\n", to_text(&state.spacing));
+        }
         out += &format!("  \"clock\": {}\n}}\n", self.now.clock);
         Ok(out)
     }
@@ -198,16 +207,30 @@ impl Scene {
             );
         }
         let model = json::from_json_with(file.model.get(), &find)?;
-        let mut scene = Self::new(&model, file.settings)?;
+        let spacing = file.spacing.unwrap_or(0.0);
+        if !(spacing.is_finite() && spacing >= 0.0) || file.spacing == Some(0.0) {
+            return fail(FORMAT, 0, format!("spacing: expected a length above 0, given {spacing}"));
+        }
+        let ids = file.pins.iter().map(|p| p.id);
+        if ids.chain(file.next_pin).chain([file.clock]).any(|n| n > LARGEST) {
+            return fail(FORMAT, 0, format!("clock and numbers of pins: expected at most {LARGEST}"));
+        }
+        let mut scene = Self::with_spacing(&model, file.settings, spacing)?;
         scene.functions.extend(functions.iter().map(|(k, f)| (k.clone(), f.clone())));
         let next = file.pins.iter().map(|p| p.id + 1).max().unwrap_or(0);
         let mut ids: Vec<u64> = file.pins.iter().map(|p| p.id).collect();
         ids.sort_unstable();
-        if ids.windows(2).any(|w| w[0] == w[1]) || ids.last() == Some(&u64::MAX) {
-            return fail(FORMAT, 0, "two pins have the same id, or one has the largest there is");
+        if ids.windows(2).any(|w| w[0] == w[1]) {
+            return fail(FORMAT, 0, "two pins have the same id");
+        }
+        let mut names: Vec<&str> = file.pins.iter().filter_map(|p| p.name.as_deref()).collect();
+        names.sort_unstable();
+        if let Some(w) = names.windows(2).find(|w| w[0] == w[1]) {
+            return fail(FORMAT, 0, format!("two pins are called `{}`", w[0]));
         }
         for record in file.pins {
-            let mut pin = pin(record)?;
+            let (id, axes) = (record.id, scene.field().axes());
+            let mut pin = record.pin(axes).or_else(|e| fail(FORMAT, 0, format!("pin {id}: {e}")))?;
             pin.lay_patch(&scene.now)?;
             scene.now.state.pins.push(pin);
         }
@@ -241,29 +264,43 @@ fn record(p: &ScenePin) -> PinRecord {
     }
 }
 
-fn pin(r: PinRecord) -> Result<ScenePin, Error> {
-    let wrong = |what: &str| fail(FORMAT, 0, format!("pin {}: {what}", r.id));
-    if !r.at.iter().all(|v| v.is_finite()) {
-        return wrong("expected finite coordinates");
+impl PinRecord {
+    /// The pin, without its patch.
+    ///
+    /// # Errors
+    /// Numbers that make no sense.
+    pub(crate) fn pin(self, axes: usize) -> Result<ScenePin, Error> {
+        check_place("pin", self.at, axes)?;
+        if !(self.weight.is_finite() && self.weight > 0.0) {
+            return Err(Error::option("weight", "a finite number above 0", self.weight));
+        }
+        if !(self.softness.is_finite() && self.softness >= 0.0) {
+            return Err(Error::option("softness", "a finite number from 0 up", self.softness));
+        }
+        if let Some(r) = self.grip.filter(|r| !(r.is_finite() && *r > 0.0)) {
+            return Err(Error::option("grip", "a radius above 0", r));
+        }
+        if self.name.as_ref().is_some_and(|n| n.is_empty()) {
+            return Err(Error::option("name", "a name that is not empty", "``"));
+        }
+        if let Some(Along::Line(v) | Along::Plane(v)) = self.along
+            && axes == 2
+            && v[2] != 0.0
+        {
+            return Err(Error::option("along", "z = 0, as the model is a plane curve", format!("{v:?}")));
+        }
+        let guide = match self.along {
+            None => Guide::Free,
+            // Directions that have been written are of length 1 already, and keep their bits.
+            Some(Along::Line(v)) if is_unit(v) => Guide::Line(v),
+            Some(Along::Plane(v)) if is_unit(v) => Guide::Plane(v),
+            Some(a) => a
+                .guide()
+                .ok_or_else(|| Error::option("along", "a direction that is not zero", format!("{a:?}")))?,
+        };
+        let pin = Pin { weight: self.weight, softness: self.softness, guide, ..Pin::new(self.at) };
+        Ok(ScenePin { id: self.id, name: self.name, pin, grip: self.grip, patch: Vec::new() })
     }
-    if !(r.weight > 0.0 && r.weight.is_finite() && r.softness >= 0.0 && r.softness.is_finite()) {
-        return wrong("expected a weight above 0 and a softness from 0 up");
-    }
-    if r.grip.is_some_and(|g| !(g > 0.0 && g.is_finite())) {
-        return wrong("expected a grip above 0");
-    }
-    let guide = match r.along {
-        None => Guide::Free,
-        // Directions that have been written are of length 1 already, and keep their bits.
-        Some(Along::Line(v)) if is_unit(v) => Guide::Line(v),
-        Some(Along::Plane(v)) if is_unit(v) => Guide::Plane(v),
-        Some(a) => match a.guide() {
-            Some(g) => g,
-            None => return wrong("expected a direction that is not zero"),
-        },
-    };
-    let pin = Pin { weight: r.weight, softness: r.softness, guide, ..Pin::new(r.at) };
-    Ok(ScenePin { id: r.id, name: r.name, pin, grip: r.grip, patch: Vec::new() })
 }
 
 fn is_unit(v: [f64; 3]) -> bool {

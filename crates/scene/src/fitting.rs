@@ -25,6 +25,8 @@ impl Scene {
             let expected = format!("{} numbers, one a point", points.len());
             return Err(Error::option("weights", expected, weights.len()));
         }
+        let axes = self.field().axes();
+        points.iter().try_for_each(|p| crate::command::check_place("points", *p, axes))?;
         let mut all = points.to_vec();
         let mut weight = if weights.is_empty() { vec![1.0; points.len()] } else { weights.to_vec() };
         for p in self.pins().iter().filter(|p| p.pin.softness == 0.0) {

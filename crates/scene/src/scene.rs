@@ -24,8 +24,21 @@ pub(crate) struct State {
     pub(crate) rest: Option<Vec<f64>>,
     /// The box that clips the surface.
     pub(crate) bounds: Aabb,
+    /// Mean distance between neighbouring floaters that is aimed at.
+    pub(crate) spacing: f64,
     /// The adapter that is on.
     pub(crate) adapting: Option<crate::adapting::Adapting>,
+}
+
+impl State {
+    /// Whether the surface and what the floaters aim at are the same, so that they can stay as they are.
+    pub(crate) fn has_surface_of(&self, other: &Self) -> bool {
+        let values = |s: &Self| s.field.parameters().iter().map(|p| p.value.to_bits()).collect::<Vec<_>>();
+        values(self) == values(other)
+            && self.spacing == other.spacing
+            && (self.bounds.lo, self.bounds.hi) == (other.bounds.lo, other.bounds.hi)
+            && self.field.model() == other.field.model()
+    }
 }
 
 /// All that changes with time.
@@ -105,8 +118,8 @@ pub struct Frame<'a> {
     pub bounds: &'a Aabb,
 }
 
-/// Most states that undo keeps.
-const UNDO_DEPTH: usize = 1000;
+/// Most states that undo keeps, and most parameters in all of them; but never fewer states than the last.
+const UNDO_DEPTH: (usize, usize, usize) = (1000, 300_000, 20);
 
 impl Scene {
     /// A scene of a model, with floaters on its surface.
@@ -114,6 +127,11 @@ impl Scene {
     /// # Errors
     /// Settings that make no sense, a model without a surface or without an end where no bounds are given.
     pub fn new(model: &Model, settings: Settings) -> Result<Self, Error> {
+        Self::with_spacing(model, settings, 0.0)
+    }
+
+    /// The same with floaters at a spacing that was found before; 0: to be found.
+    pub(crate) fn with_spacing(model: &Model, settings: Settings, spacing: f64) -> Result<Self, Error> {
         settings.check()?;
         let field = Field::new(model)?;
         if field.components() != 1 {
@@ -124,11 +142,12 @@ impl Scene {
             ));
         }
         let bounds = bounds_of(&field, &settings)?;
-        let Some(swarm) = Swarm::default().settled(&field, &bounds, &settings)? else {
+        let start = Swarm { spacing, ..Swarm::default() };
+        let Some(swarm) = start.settled(&field, &bounds, &settings)? else {
             return Err(Error::Vanished { what: "this model".into() });
         };
-        let state =
-            State { field, pins: Vec::new(), next_pin: 0, settings, rest: None, bounds, adapting: None };
+        let (pins, spacing) = (Vec::new(), swarm.spacing);
+        let state = State { field, pins, next_pin: 0, settings, rest: None, bounds, spacing, adapting: None };
         let now = Now { state, swarm, clock: 0, hold: None, metric: Metric::stale(), rested: true };
         let mut scene = Self {
             now,
@@ -205,6 +224,7 @@ impl Scene {
 
     /// The same, with progress once a step.
     pub fn apply_with(&mut self, command: Command, progress: &mut ProgressFn<'_>) -> Result<Change, Error> {
+        command.check()?;
         let before = self.now.clone();
         let past = self.undo.len();
         let mut entry = Entry { at: Some(self.now.clock), command: command.clone() };
@@ -222,8 +242,10 @@ impl Scene {
                     // So that the log gives the same again.
                     entry.command.shorten(steps);
                 }
-                self.log.push(entry);
-                let beyond = self.undo.len().saturating_sub(UNDO_DEPTH);
+                self.note(entry);
+                let (states, parameters, least) = UNDO_DEPTH;
+                let depth = (parameters / self.field().parameters().len().max(1)).clamp(least, states);
+                let beyond = self.undo.len().saturating_sub(depth);
                 self.undo.drain(..beyond);
                 self.undone.clear();
             }
@@ -236,6 +258,19 @@ impl Scene {
             }
         }
         result
+    }
+
+    /// Steps after steps are one entry of the log: a front-end takes them one by one.
+    fn note(&mut self, entry: Entry) {
+        let last = self.log.last_mut().map(|e| &mut e.command);
+        match (last, &entry.command) {
+            (Some(Command::Step { count: all }), Command::Step { count })
+                if (*all + *count) as u64 <= crate::command::MOST_STEPS =>
+            {
+                *all += *count;
+            }
+            _ => self.log.push(entry),
+        }
     }
 
     /// Lets time pass: `n` steps.
@@ -256,7 +291,11 @@ impl Scene {
         Ok(self.apply(command)?.drag.expect("a drag was made"))
     }
 
-    /// Carries out the commands of a script or a log; those with a time wait for it.
+    /// Carries out the commands of a script or a log; those with a time wait for it. `progress` gets the number of the command,
+    /// once a step; `Break` ends it all.
+    ///
+    /// # Errors
+    /// What the command that fails reports; what came before it stays done.
     pub fn replay(
         &mut self,
         entries: &[Entry],
@@ -264,16 +303,20 @@ impl Scene {
     ) -> Result<Vec<Change>, Error> {
         let mut changes = Vec::with_capacity(entries.len());
         for (k, entry) in entries.iter().enumerate() {
-            if let Some(at) = entry.at.filter(|&at| at > self.now.clock) {
-                self.step((at - self.now.clock) as usize)?;
-            }
             let mut stopped = false;
-            let change = self.apply_with(entry.command.clone(), &mut |scene, _| {
+            let mut tell = |scene: &Scene, _: &Progress| {
                 let flow = progress(scene, k);
                 stopped |= flow.is_break();
                 flow
-            })?;
-            changes.push(change);
+            };
+            if let Some(at) = entry.at.filter(|&at| at > self.now.clock) {
+                let count = usize::try_from(at - self.now.clock).unwrap_or(usize::MAX);
+                self.apply_with(Command::Step { count }, &mut tell)?;
+                if self.now.clock < at {
+                    break;
+                }
+            }
+            changes.push(self.apply_with(entry.command.clone(), &mut tell)?);
             if stopped || progress(self, k + 1).is_break() {
                 break;
             }
@@ -314,6 +357,7 @@ impl Scene {
         now.state.bounds = bounds_of(&now.state.field, &now.state.settings)?;
         let settled = now.swarm.settled(&now.state.field, &now.state.bounds, &now.state.settings)?;
         now.swarm = settled.ok_or_else(|| Error::Vanished { what: what.into() })?;
+        now.state.spacing = now.swarm.spacing;
         (now.metric, now.rested) = (Metric::stale(), false);
         Ok(())
     }

@@ -21,7 +21,7 @@ pub enum Amount {
 pub struct Focus {
     /// Within about this distance of the dragged pins, or of all pins where none is dragged (model units).
     pub radius: f64,
-    /// the spacing is this part of the spacing elsewhere, above 0 to 1.
+    /// the spacing is this part of the spacing elsewhere, 0.01 to 1.
     pub factor: f64,
 }
 
@@ -115,7 +115,9 @@ impl Settings {
         }
         if let Some(f) = self.focus {
             within("focus radius", f.radius, 0.0, f64::MAX)?;
-            within("focus factor", f.factor, 0.0, 1.0)?;
+            if !(0.01..=1.0).contains(&f.factor) {
+                return Err(Error::option("focus factor", "a number from 0.01 to 1", f.factor));
+            }
         }
         Ok(())
     }

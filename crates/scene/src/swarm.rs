@@ -18,6 +18,13 @@ const LOST: f64 = 1.0;
 /// New floaters keep this many spacings from those that survive.
 const APART: f64 = 0.75;
 
+/// If more than this part of the floaters survives a change, new ones may not be needed.
+const STAY: f64 = 0.9;
+/// Spacing of a coarse look at the surface, as a part of its size.
+const COARSE: f64 = 0.1;
+/// A place on the surface without a floater within so many spacings has not been seen yet.
+const UNSEEN: f64 = 4.0;
+
 /// Floaters and what they aim at.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Swarm {
@@ -36,6 +43,20 @@ impl Swarm {
         bounds: &Aabb,
         settings: &Settings,
     ) -> Result<Option<Self>, Error> {
+        let aim = match settings.amount {
+            Amount::Spacing(s) => s,
+            Amount::Count(_) => self.spacing,
+        };
+        if aim > 0.0 && aim == self.spacing && !self.floaters.is_empty() {
+            // Where most stay and a coarse look finds no place without any there is nothing more to do.
+            let mut same = self.clone();
+            same.floaters.retain_near(field, bounds, SURVIVAL * aim)?;
+            let most = same.floaters.len() as f64 > STAY * self.floaters.len() as f64;
+            if most && same.covers(field, bounds, settings.seed)? {
+                same.measure();
+                return Ok(Some(same));
+            }
+        }
         let amount = match settings.amount {
             Amount::Spacing(s) => particles::Amount::Spacing(s),
             Amount::Count(n) if self.spacing == 0.0 => particles::Amount::Count(n),
@@ -88,19 +109,32 @@ impl Swarm {
         self.floaters.size = self.floaters.points.iter().map(size).collect();
     }
 
-    /// One step on the surface as it is now.
-    pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<(), Error> {
-        let parameters = Parameters::live(self.size, self.spacing / NEAREST);
+    /// Whether there are floaters wherever a coarse look finds the surface: a part of it may be new.
+    pub(crate) fn covers(&self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
+        let coarse = (COARSE * self.size).max(self.spacing);
+        let amount = particles::Amount::Spacing(coarse);
+        let options = Options { amount, seed, steps: Some(1), ..Options::default() };
+        let look = sample(field, bounds, options)?;
+        let mut floaters = self.floaters.clone();
+        floaters.admit(&look.points, UNSEEN * self.spacing, self.spacing);
+        Ok(floaters.len() == self.floaters.len())
+    }
+
+    /// One step on the surface as it is now. False where no floater is left on it.
+    pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
+        let most = Settings::MOST;
+        let parameters = Parameters { most, ..Parameters::live(self.size, self.spacing / NEAREST) };
         self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
         if self.floaters.off > LOST * self.spacing {
             // The surface has run away from some, or a part of it is gone.
             let mut rest = self.floaters.clone();
             rest.retain_near(field, bounds, SURVIVAL * self.spacing)?;
-            if !rest.is_empty() {
-                self.floaters = rest;
+            if rest.is_empty() {
+                return Ok(false);
             }
+            self.floaters = rest;
         }
-        Ok(())
+        Ok(true)
     }
 }
 

@@ -88,7 +88,12 @@ impl Factors {
     pub(crate) fn new(mut rows: Vec<f64>, width: usize, precedence: &[u8], tolerance: f64) -> Self {
         let n = precedence.len();
         assert_eq!(rows.len(), n * width, "a row of {width} numbers for each precedence");
+        // The rows of each precedence together, in their order.
         let mut order: Vec<usize> = (0..n).collect();
+        if !precedence.is_sorted() {
+            order.sort_by_key(|&i| precedence[i]);
+            rows = order.iter().flat_map(|&i| &rows[i * width..(i + 1) * width]).copied().collect();
+        }
         let mut norms: Vec<f64> = rows.chunks_exact(width.max(1)).map(|r| dot(r, r)).collect();
         norms.resize(n, 0.0);
         let mut first = norms.clone();
@@ -100,21 +105,7 @@ impl Factors {
         let last = precedence.iter().copied().max().unwrap_or(0);
         let mut begin = 0;
         for p in 0..=last {
-            // The rows of this precedence next, in their order.
-            let mut end = begin;
-            for i in begin..n {
-                if precedence[order[i]] == p {
-                    let mut j = i;
-                    while j > end {
-                        swap_rows(&mut rows, width, j, j - 1);
-                        order.swap(j, j - 1);
-                        norms.swap(j, j - 1);
-                        first.swap(j, j - 1);
-                        j -= 1;
-                    }
-                    end += 1;
-                }
-            }
+            let end = begin + order[begin..].iter().take_while(|&&i| precedence[i] == p).count();
             // Rows that turned out dependent stay between the rank and the end of their block: pivots are swapped to
             // the front of what is left of the block, and L's columns go by the rank.
             let mut at = begin;

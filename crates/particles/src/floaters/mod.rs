@@ -44,6 +44,8 @@ pub struct Parameters {
     pub delta: f64,
     /// Whether radii adapt (section 4.3) and floaters split and die (section 4.4); otherwise σ^i stays as it is.
     pub adaptive: bool,
+    /// From so many floaters on none splits: however large the surface grows, memory does not run out. 20 million by default.
+    pub most: usize,
 }
 
 impl Parameters {
@@ -62,6 +64,7 @@ impl Parameters {
             nu: 0.2,
             delta: 0.7,
             adaptive: true,
+            most: 20_000_000,
         }
     }
 }
@@ -93,7 +96,7 @@ pub struct Floaters {
     pub id: Vec<u64>,
     /// Desired radius of each in the next step, as a part of σ̂: a density. Empty: 1 for all. A step empties it.
     pub size: Vec<f64>,
-    /// Largest distance |F|/|∇F| at the beginning of the last step (model units).
+    /// Largest distance |F|/|∇F| at the beginning of the last step (model units); infinite if F was not finite somewhere.
     pub off: f64,
     next_id: u64,
     steps: u64,
@@ -187,8 +190,12 @@ impl Floaters {
 
         // Actual velocities, constrained by the surface and its motion (eq. 5). Where the gradient vanishes the
         // surface is ill-defined and a floater rests. A step does not exceed σ̂ or σ^i, whichever is larger.
-        let distance = |i: usize| value[i].abs() / norm(gradient[i]);
-        self.off = (0..self.len()).map(distance).filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let distance = |i: usize| {
+            let d = value[i].abs() / norm(gradient[i]);
+            if value[i].is_finite() && !d.is_finite() { 0.0 } else { d }
+        };
+        self.off =
+            (0..self.len()).map(distance).fold(0.0, |a, d| if d.is_nan() { f64::INFINITY } else { a.max(d) });
         for i in 0..self.len() {
             let moving = motion.get(i).copied().unwrap_or(0.0);
             let desired = walls.slide(self.points[i], self.normals[i], force[i].desired);
@@ -279,7 +286,7 @@ impl Floaters {
             let huge = sigma >= p.sigma_max;
             let ripe = self.energy[i] > p.nu * p.e_hat && sigma > wanted;
             let small = sigma < p.delta * wanted;
-            if still && (huge || ripe) {
+            if still && (huge || ripe) && self.len() + happened.births < p.most {
                 // Both children get σ/√2 and lie ±½σ from their parent in a random tangential direction.
                 let direction = way.direction(self.id[i], walls.axes);
                 let tangent = unit(walls.slide(self.points[i], self.normals[i], direction));
