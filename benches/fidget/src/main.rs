@@ -90,7 +90,7 @@ fn csg(arguments: &[String]) -> Value {
     let whole = micro(model.whole(&points, RUNS));
     let ours = ours::Model::new(&text);
     let (mut simplified, mut pruned) = (Vec::new(), Vec::new());
-    for most in [64, 128, 256, 512, 1024] {
+    for most in [64, 128, 256, 512, 1024, 2048] {
         let tree = Region::octree(&mut points, most);
         let wide: Vec<[f64; 3]> = points.iter().map(|p| p.map(f64::from)).collect();
         let run = ours.pruned(&wide, most, RUNS);

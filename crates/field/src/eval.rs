@@ -190,17 +190,83 @@ impl<V: Scalar, const B: usize> Sink<V, B> for Full<'_, V, B> {
     }
 }
 
-/// The reverse sweep, after [`forward`]: leaves ∂F/∂x in the registers `input_adjoints`.
+/// Which adjoints of a block are worth computing.
+pub(crate) trait Reach<V, const B: usize> {
+    /// Whether anything has arrived in this register of adjoints.
+    fn is_live(&self, register: u32) -> bool;
+    /// Notes whether something has.
+    fn set(&mut self, register: u32, live: bool);
+    /// Whether every number of the first block is below that of the second, and the other way round.
+    fn order(&self, a: impl Fn(usize) -> V, b: impl Fn(usize) -> V) -> (bool, bool);
+}
+
+/// All adjoints are computed.
+pub(crate) struct Everywhere;
+
+impl<V, const B: usize> Reach<V, B> for Everywhere {
+    #[inline(always)]
+    fn is_live(&self, _: u32) -> bool {
+        true
+    }
+    #[inline(always)]
+    fn set(&mut self, _: u32, _: bool) {}
+    #[inline(always)]
+    fn order(&self, _: impl Fn(usize) -> V, _: impl Fn(usize) -> V) -> (bool, bool) {
+        (false, false)
+    }
+}
+
+/// What a minimum or maximum does not take at any point of a block is left out, with all that only leads there. Derivatives
+/// are the same, but for the sign of zeros.
+pub(crate) struct Chosen<'a> {
+    /// For each register of adjoints, whether anything has arrived there; all true where `on` is not.
+    pub live: &'a mut [bool],
+    /// Whether anything is to be left out.
+    pub on: bool,
+}
+
+impl<const B: usize> Reach<f64, B> for Chosen<'_> {
+    #[inline(always)]
+    fn is_live(&self, register: u32) -> bool {
+        self.live[register as usize]
+    }
+    #[inline(always)]
+    fn set(&mut self, register: u32, live: bool) {
+        self.live[register as usize] = live;
+    }
+    #[inline(always)]
+    fn order(&self, a: impl Fn(usize) -> f64, b: impl Fn(usize) -> f64) -> (bool, bool) {
+        if !self.on {
+            return (false, false);
+        }
+        let (mut below, mut above) = (true, true);
+        for j in 0..B {
+            below &= a(j) < b(j);
+            above &= b(j) < a(j);
+        }
+        (below, above)
+    }
+}
+
+/// The reverse sweep, after [`forward`]: leaves ∂F/∂x in the registers `input_adjoints`, where they are live.
 #[inline(always)]
-pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
+pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>, R: Reach<V, B>>(
     program: &Program,
     uniforms: &[V],
     registers: &[[V; B]],
     adjoints: &mut [[V; B]],
     sink: &mut S,
+    reach: &mut R,
 ) {
     adjoints[program.root_adjoint as usize] = [V::from_f64(1.0); B];
+    reach.set(program.root_adjoint, true);
     for back in &program.backward {
+        if !reach.is_live(back.adjoint) {
+            for k in 0..3 {
+                drop_operand::<V, B, R>(back, k, reach);
+            }
+            continue;
+        }
         let r = &registers[back.value as usize];
         let [a, b, _] = back.args;
         match back.code {
@@ -213,20 +279,29 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
             }
             Code::Op(op, Mode::Slots) => {
                 let (va, vb) = (&registers[a as usize], &registers[b as usize]);
+                if let Op::Min | Op::Max = op {
+                    let (below, above) = reach.order(|j| va[j], |j| vb[j]);
+                    if below | above {
+                        let taken = usize::from(below != (op == Op::Min));
+                        drop_operand::<V, B, R>(back, 1 - taken, reach);
+                        operand::<V, B, false, R>(back, taken, adjoints, reach, |g, _| g);
+                        continue;
+                    }
+                }
                 macro_rules! run {
                     ($op:expr) => {{
                         if const { $op.arity() == 3 } {
-                            operand::<V, B, { $op.is_slow() }>(back, 2, adjoints, |g, j| {
+                            operand::<V, B, { $op.is_slow() }, R>(back, 2, adjoints, reach, |g, j| {
                                 pull($op, 2, g, va[j], vb[j], r[j])
                             });
                         }
                         if const { $op.arity() >= 2 && !is_flat($op, 1) } {
-                            operand::<V, B, { $op.is_slow() }>(back, 1, adjoints, |g, j| {
+                            operand::<V, B, { $op.is_slow() }, R>(back, 1, adjoints, reach, |g, j| {
                                 pull($op, 1, g, va[j], vb[j], r[j])
                             });
                         }
                         if const { !is_flat($op, 0) } {
-                            operand::<V, B, { $op.is_slow() }>(back, 0, adjoints, |g, j| {
+                            operand::<V, B, { $op.is_slow() }, R>(back, 0, adjoints, reach, |g, j| {
                                 pull($op, 0, g, va[j], vb[j], r[j])
                             });
                         }
@@ -243,7 +318,7 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                                 let g = &adjoints[back.adjoint as usize];
                                 sink.add(b, |j| pull($op, 1, g[j], va[j], vb, r[j]));
                             }
-                            operand::<V, B, { $op.is_slow() }>(back, 0, adjoints, |g, j| {
+                            operand::<V, B, { $op.is_slow() }, R>(back, 0, adjoints, reach, |g, j| {
                                 pull($op, 0, g, va[j], vb, r[j])
                             });
                         }
@@ -260,7 +335,7 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
                                 let g = &adjoints[back.adjoint as usize];
                                 sink.add(a, |j| pull($op, 0, g[j], va, vb[j], r[j]));
                             }
-                            operand::<V, B, { $op.is_slow() }>(back, 1, adjoints, |g, j| {
+                            operand::<V, B, { $op.is_slow() }, R>(back, 1, adjoints, reach, |g, j| {
                                 pull($op, 1, g, va, vb[j], r[j])
                             });
                         }
@@ -272,20 +347,31 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>>(
     }
 }
 
+/// Operand `k` takes nothing here.
+#[inline(always)]
+fn drop_operand<V: Scalar, const B: usize, R: Reach<V, B>>(back: &Back, k: usize, reach: &mut R) {
+    if back.fresh & (1 << k) != 0 {
+        reach.set(back.adjoints[k], false);
+    }
+}
+
 /// Writes or adds to the adjoint of operand `k`. What is slow to compute is compiled once, not once for each.
 #[inline(always)]
-fn operand<V: Scalar, const B: usize, const SLOW: bool>(
+fn operand<V: Scalar, const B: usize, const SLOW: bool, R: Reach<V, B>>(
     back: &Back,
     k: usize,
     adjoints: &mut [[V; B]],
+    reach: &mut R,
     contribution: impl Fn(V, usize) -> V,
 ) {
     if back.skip & (1 << k) != 0 {
         return;
     }
-    let pair = [back.adjoint as usize, back.adjoints[k] as usize];
+    let register = back.adjoints[k];
+    let pair = [back.adjoint as usize, register as usize];
     let Ok([g, target]) = adjoints.get_disjoint_mut(pair) else { return };
-    let fresh = back.fresh & (1 << k) != 0;
+    let fresh = back.fresh & (1 << k) != 0 || !reach.is_live(register);
+    reach.set(register, true);
     if SLOW {
         let mut sum = [V::from_f64(0.0); B];
         map::<V, B>(&mut sum, |j| contribution(g[j], j));

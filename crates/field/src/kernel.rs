@@ -7,7 +7,9 @@ use pulp::{Arch, NullaryFnOnce};
 
 use crate::MAX_AXES;
 use crate::dual::Dual;
-use crate::eval::{Directional, Full, Ignore, NO_ROW, forward, reverse, reverse_uniforms};
+use crate::eval::{
+    Chosen, Directional, Everywhere, Full, Ignore, NO_ROW, forward, reverse, reverse_uniforms,
+};
 use crate::program::Program;
 use crate::tape::{Uniform, UniformProgram};
 
@@ -52,8 +54,16 @@ impl<'a> Batch<'a> {
                 (self.outputs, self.leaves, k - MAX_AXES)
             };
             let lane = &mut inputs[k];
-            for j in 0..n {
-                lane[j] = data[(start + j) * stride + offset];
+            let rows = &data[start * stride..(start + n) * stride];
+            if stride == 3 && offset < 3 {
+                // The usual case, with a stride that the compiler knows.
+                for (v, row) in lane[..n].iter_mut().zip(rows.as_chunks::<3>().0) {
+                    *v = row[offset];
+                }
+            } else {
+                for (v, row) in lane[..n].iter_mut().zip(rows.chunks_exact(stride)) {
+                    *v = row[offset];
+                }
             }
             let last = lane[n - 1];
             lane[n..].fill(last);
@@ -71,13 +81,17 @@ thread_local! {
     static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Lends at least `n` numbers of working memory, with arbitrary content.
+/// Lends `n` numbers of working memory, with arbitrary content, from the start of a cache line: vectors that cross
+/// from one line into the next take twice the time.
 fn with_scratch<R>(n: usize, f: impl FnOnce(&mut [f64]) -> R) -> R {
+    const LINE: usize = 64;
     SCRATCH.with_borrow_mut(|v| {
-        if v.len() < n {
-            v.resize(n, 0.0);
+        let slack = LINE / size_of::<f64>();
+        if v.len() < n + slack {
+            v.resize(n + slack, 0.0);
         }
-        f(&mut v[..n])
+        let skip = v.as_ptr().align_offset(LINE).min(slack);
+        f(&mut v[skip..skip + n])
     })
 }
 
@@ -91,7 +105,10 @@ pub(crate) enum Want<'a, 'b> {
     Value,
     /// ∂F/∂x: `axes` numbers a point, and ∂F/∂(leaf outputs).
     Gradient { x: Columns<'a>, leaves: Columns<'a> },
-    /// The same and (∂F/∂q)·q̇, given the rates of the uniforms.
+    /// ∂F/∂x, `axes` numbers a point, without what no minimum or maximum takes in a block of points. Where that
+    /// has infinite derivatives, a point's result (0 or NaN) depends on its neighbours.
+    Chosen { x: Columns<'a> },
+    /// Value, gradients and (∂F/∂q)·q̇, given the rates of the uniforms.
     Rate { x: Columns<'a>, leaves: Columns<'a>, rates: &'b [f64], rate: &'a mut [f64] },
     /// The same and all of ∂F/∂q.
     Parameters { x: Columns<'a>, leaves: Columns<'a>, rows: &'b Rows<'b>, q: Columns<'a> },
@@ -153,7 +170,7 @@ pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut
     let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
     let arch = Arch::new();
     match want {
-        Want::Value | Want::Gradient { .. } => with_scratch(lines * BLOCK, |scratch| {
+        Want::Value | Want::Gradient { .. } | Want::Chosen { .. } => with_scratch(lines * BLOCK, |scratch| {
             arch.dispatch(Run::<BLOCK, false> { program, uniforms, batch, value, want, scratch });
         }),
         _ => with_scratch(lines * BLOCK, |scratch| {
@@ -183,6 +200,8 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
         let (registers, rest) = blocks.split_at_mut(program.values);
         let (adjoints, table) = rest.split_at_mut(program.adjoints);
         let mut touched = vec![false; table.len()];
+        let chosen = matches!(want, Want::Chosen { .. });
+        let mut live = vec![true; if Q { 0 } else { program.adjoints }];
         let total = batch.len();
         let mut start = 0;
         while start < total {
@@ -191,20 +210,45 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
             forward::<f64, B>(program, uniforms, inputs, registers);
             value[start..start + n].copy_from_slice(&registers[program.root as usize][..n]);
             match &mut want {
-                Want::Gradient { x, leaves } if !Q => {
-                    reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut Ignore);
-                    scatter(program, adjoints, batch.axes, (start, n), x, leaves);
+                Want::Gradient { .. } | Want::Chosen { .. } if !Q => {
+                    live.fill(!chosen);
+                    let mut reach = Chosen { live: &mut live, on: chosen };
+                    reverse::<f64, B, _, _>(program, uniforms, registers, adjoints, &mut Ignore, &mut reach);
+                    for &(_, register) in &program.input_adjoints {
+                        if !live[register as usize] {
+                            adjoints[register as usize] = [0.0; B];
+                        }
+                    }
+                    if let Want::Gradient { x, leaves } = &mut want {
+                        scatter(program, adjoints, batch.axes, (start, n), x, leaves);
+                    } else if let Want::Chosen { x } = &mut want {
+                        scatter_inputs(program, adjoints, 0, batch.axes, (start, n), x);
+                    }
                 }
                 Want::Rate { x, leaves, rates, rate } if Q => {
                     let mut sink = Directional { rates, total: [0.0; B] };
-                    reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut sink);
+                    reverse::<f64, B, _, _>(
+                        program,
+                        uniforms,
+                        registers,
+                        adjoints,
+                        &mut sink,
+                        &mut Everywhere,
+                    );
                     scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                     rate[start..start + n].copy_from_slice(&sink.total[..n]);
                 }
                 Want::Parameters { x, leaves, rows, q } if Q => {
                     touched.fill(false);
                     let mut sink = Full { row_of: &rows.row_of, rows: &mut *table, touched: &mut touched };
-                    reverse::<f64, B, _>(program, uniforms, registers, adjoints, &mut sink);
+                    reverse::<f64, B, _, _>(
+                        program,
+                        uniforms,
+                        registers,
+                        adjoints,
+                        &mut sink,
+                        &mut Everywhere,
+                    );
                     reverse_uniforms::<f64, B>(rows.program, uniforms, &mut sink);
                     scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                     for &(_, row) in &rows.columns {
@@ -268,6 +312,15 @@ fn scatter_inputs<const B: usize>(
     columns: &mut Columns<'_>,
 ) {
     let target = &mut columns.data[start * columns.stride..(start + n) * columns.stride];
+    if columns.stride == 3 && count == 3 {
+        // The usual case, with a stride that the compiler knows.
+        let zero = [0.0; B];
+        let [x, y, z] = [0, 1, 2].map(|k| program.input_adjoint(first + k).map_or(&zero, |r| &adjoints[r]));
+        for (j, point) in target.as_chunks_mut::<3>().0.iter_mut().enumerate().take(B) {
+            *point = [x[j], y[j], z[j]];
+        }
+        return;
+    }
     for k in 0..count {
         let register = program.input_adjoint(first + k);
         for (j, point) in target.chunks_exact_mut(columns.stride).enumerate() {
@@ -299,7 +352,14 @@ pub(crate) fn hessian(program: &Program, uniforms: &[f64], batch: Batch, out: &m
                 });
             }
             forward::<Dual<f64>, B>(program, &wrapped, &inputs, &mut registers);
-            reverse::<Dual<f64>, B, _>(program, &wrapped, &registers, &mut adjoints, &mut Ignore);
+            reverse::<Dual<f64>, B, _, _>(
+                program,
+                &wrapped,
+                &registers,
+                &mut adjoints,
+                &mut Ignore,
+                &mut Everywhere,
+            );
             for i in 0..axes {
                 for j in 0..n {
                     for d in 0..3.min(axes - first) {

@@ -15,9 +15,10 @@ pub(crate) const LANES: usize = 8;
 
 /// [`LANES`] intervals; each operation is the interval's, lane by lane.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
 pub(crate) struct Lanes {
-    lo: [f64; LANES],
-    hi: [f64; LANES],
+    pub lo: [f64; LANES],
+    pub hi: [f64; LANES],
 }
 
 impl Lanes {
@@ -84,6 +85,12 @@ impl Pass {
             });
         }
         Arch::new().dispatch(Sweeps { pass: self, tape, shared, inputs, adjoints });
+    }
+
+    /// Instruction `i` in all boxes.
+    #[inline(always)]
+    pub(crate) fn lanes(&self, i: usize) -> &Lanes {
+        &self.values[i]
     }
 
     /// Instruction `i` in box `lane`.

@@ -1,5 +1,6 @@
 //! isoswarm-field: what a surface is.
 mod bumps;
+mod cut;
 mod dual;
 mod error;
 mod eval;

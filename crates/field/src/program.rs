@@ -2,6 +2,8 @@
 //! all others, and all adjoints, share registers as soon as they are done with, so that the working set of a
 //! long tape stays in the cache. Adding passes an adjoint on without moving it.
 
+use std::cell::RefCell;
+
 use crate::op::{Op, is_flat};
 use crate::tape::{Code, Mode, Tape};
 
@@ -62,6 +64,31 @@ pub(crate) struct Program {
 
 const NONE: u32 = u32::MAX;
 
+thread_local! {
+    static WORK: RefCell<Work> = RefCell::new(Work::default());
+}
+
+/// Working memory, kept between calls: many short tapes are compiled one after the other.
+#[derive(Default)]
+struct Work {
+    /// The last instruction that reads each value, and whether the reverse sweep does.
+    last_use: Vec<u32>,
+    stays: Vec<bool>,
+    /// Registers of values and of adjoints.
+    values: Vec<u32>,
+    adjoints: Vec<u32>,
+    /// How many steps contribute to each adjoint, and how many adjoints live in each register.
+    contributions: Vec<u32>,
+    sharers: Vec<u32>,
+    pool: Pool,
+}
+
+/// `n` times `value`.
+fn refill<T: Clone>(v: &mut Vec<T>, n: usize, value: T) {
+    v.clear();
+    v.resize(n, value);
+}
+
 /// Hands out registers.
 #[derive(Default)]
 struct Pool {
@@ -70,6 +97,11 @@ struct Pool {
 }
 
 impl Pool {
+    fn reset(&mut self) {
+        self.free.clear();
+        self.count = 0;
+    }
+
     fn take(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.count += 1;
@@ -104,9 +136,14 @@ fn passes(op: Op, k: usize) -> bool {
 
 impl Program {
     pub(crate) fn new(tape: &Tape, purpose: Purpose) -> Program {
+        WORK.with_borrow_mut(|work| Self::with(tape, purpose, work))
+    }
+
+    fn with(tape: &Tape, purpose: Purpose, work: &mut Work) -> Program {
         let n = tape.instrs.len();
-        let mut last_use = vec![0u32; n];
-        let mut stays = vec![false; n];
+        let Work { last_use, stays, values: register, pool, .. } = &mut *work;
+        refill(last_use, n, 0);
+        refill(stays, n, false);
         stays[n - 1] = true;
         for (i, instr) in tape.instrs.iter().enumerate() {
             for k in instr.slots() {
@@ -135,8 +172,8 @@ impl Program {
             own: tape.own.clone(),
             first_own: tape.uniforms.list.len(),
         };
-        let mut pool = Pool::default();
-        let mut register = vec![NONE; n];
+        pool.reset();
+        refill(register, n, NONE);
         for (i, instr) in tape.instrs.iter().enumerate() {
             // The result's register is taken before the operands' are given back: they never coincide.
             let out = pool.take();
@@ -163,20 +200,20 @@ impl Program {
         p.values = pool.count as usize;
         p.root = register[n - 1];
         if purpose != Purpose::Value {
-            p.reverse(tape, &register, purpose);
+            p.reverse(tape, work, purpose);
         }
         p
     }
 
-    fn reverse(&mut self, tape: &Tape, value: &[u32], purpose: Purpose) {
+    fn reverse(&mut self, tape: &Tape, work: &mut Work, purpose: Purpose) {
         let n = tape.instrs.len();
-        let mut pool = Pool::default();
-        let mut register = vec![NONE; n];
+        let Work { values: value, adjoints: register, contributions, sharers, pool, .. } = work;
+        pool.reset();
+        refill(register, n, NONE);
         register[n - 1] = pool.take();
         self.root_adjoint = register[n - 1];
-        // How many steps contribute to each adjoint, and how many adjoints live in each register. An adjoint
-        // with one contribution is never written again: where that is a sum's own, they share a register.
-        let mut contributions = vec![0u32; n];
+        // An adjoint with one contribution is never written again: where that is a sum's own, they share a register.
+        refill(contributions, n, 0);
         for instr in &tape.instrs {
             if let Code::Op(op, _) = instr.code {
                 for k in instr.slots().filter(|&k| !is_flat(op, k)) {
@@ -184,7 +221,7 @@ impl Program {
                 }
             }
         }
-        let mut sharers = vec![1u32];
+        refill(sharers, 1, 1);
         self.backward.reserve(n);
         for (i, instr) in tape.instrs.iter().enumerate().rev() {
             let own = register[i];

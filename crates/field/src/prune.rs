@@ -2,9 +2,11 @@
 //! minimum, maximum or selection disappears, and so does all that is constant there: near any one place few
 //! operations of a large model matter (the sparsity that WH94's conclusion asks for).
 
+use pulp::{Arch, NullaryFnOnce};
+
 use crate::interval::Interval;
-use crate::lanes::Pass;
-use crate::op::{Op, apply, is_flat};
+use crate::lanes::{LANES, Lanes, Pass};
+use crate::op::{Op, apply};
 use crate::plain::{forward, reverse};
 use crate::tape::{Code, Instr, Mode, Tape, Uniform};
 
@@ -13,16 +15,38 @@ use crate::tape::{Code, Instr, Mode, Tape, Uniform};
 pub(crate) struct Scratch {
     /// The intervals of the boxes that are looked at.
     pub pass: Pass,
+    /// In which boxes each instruction of the old tape is reached: bit l is box l.
+    reached: Vec<u8>,
+    /// For each box, from the result back, what is reached and what becomes of it.
+    kept: [Vec<Kept>; LANES],
     /// What each instruction of the old tape became; meaningless for those that were not reached.
     became: Vec<Operand>,
-    reached: Vec<bool>,
-    kept: Vec<u32>,
+}
+
+/// An instruction that is reached in a box.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    instr: u32,
+    fate: Fate,
+}
+
+/// What becomes of an instruction.
+#[derive(Clone, Copy, Debug)]
+enum Fate {
+    /// It stays.
+    Stay,
+    /// It is its operand of this number.
+    Take(u8),
+    /// It is the constant that its interval has shrunk to.
+    Point,
+    /// It is an exponential that is too small to matter.
+    Tail,
 }
 
 /// What an instruction turned out to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Operand {
-    /// An instruction: of the old tape while looking for what is kept, of the new one afterwards.
+    /// An instruction of the new tape.
     Slot(u32),
     Uniform(u32),
 }
@@ -55,26 +79,150 @@ impl Tape {
         tail > 0.0 && self.exps > 0
     }
 
-    /// The tape for box `lane` of the pass in `scratch`, which ran over this tape with the same `uniforms`.
+    /// Decides for the first `lanes` boxes of the pass in `scratch`, which ran over this tape with the same
+    /// `uniforms`, what is left there; then [`Tape::pruned`] makes the tapes.
+    pub(crate) fn decide(&self, uniforms: &[Interval], tail: f64, lanes: usize, scratch: &mut Scratch) {
+        let Scratch { pass, reached, kept, .. } = scratch;
+        let tail = self.drops_tails(tail).then_some(tail);
+        Arch::new().dispatch(Decide { tape: self, shared: uniforms, pass, lanes, tail, reached, kept });
+    }
+
+    /// The tape for box `lane`, after [`Tape::decide`].
     ///
     /// Values in the box are the same to the last bit, derivatives but for the order of their sums; except that
     /// exponentials which together change F by no more than `exps * tail` are dropped (`tail` = 0: none are; `exps`
     /// is their number in the tape that was compiled, so that pruning again and again stays within the bound).
-    pub(crate) fn pruned(
-        &self,
-        uniforms: &[Interval],
-        tail: f64,
-        lane: usize,
-        scratch: &mut Scratch,
-    ) -> Tape {
-        let drop_tails = self.drops_tails(tail);
-        let Scratch { pass, became, reached, kept } = scratch;
-        let mut p =
-            Pruner { tape: self, shared: uniforms, pass, lane, own: self.own.clone(), instrs: Vec::new() };
-        let is_tail = |i| drop_tails && pass.adjoint(i, lane).magnitude() * pass.value(i, lane).hi <= tail;
-        p.find(became, reached, kept, is_tail);
-        p.rewrite(became, kept)
+    pub(crate) fn pruned(&self, uniforms: &[Interval], lane: usize, scratch: &mut Scratch) -> Tape {
+        let Scratch { pass, kept, became, .. } = scratch;
+        let (own, instrs) = (self.own.clone(), Vec::with_capacity(kept[lane].len()));
+        let p = Pruner { tape: self, shared: uniforms, pass, lane, own, instrs, dropped: false };
+        p.rewrite(became, &kept[lane])
     }
+}
+
+/// The sweep from the result back that finds what is reached, in all boxes at once.
+struct Decide<'a> {
+    tape: &'a Tape,
+    shared: &'a [Interval],
+    pass: &'a Pass,
+    lanes: usize,
+    tail: Option<f64>,
+    reached: &'a mut Vec<u8>,
+    kept: &'a mut [Vec<Kept>; LANES],
+}
+
+impl NullaryFnOnce for Decide<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        let n = self.tape.instrs.len();
+        self.reached.clear();
+        self.reached.resize(n, 0);
+        self.reached[n - 1] = (u8::MAX as u32 >> (LANES - self.lanes)) as u8;
+        self.kept.iter_mut().for_each(Vec::clear);
+        for i in (0..n).rev() {
+            let mut open = self.reached[i];
+            if open == 0 {
+                continue;
+            }
+            let instr = self.tape.instrs[i];
+            if let Code::Op(op, mode) = instr.code {
+                open = match op {
+                    Op::Min | Op::Max | Op::Abs | Op::Choose => self.choose(i, op, mode, open),
+                    Op::Exp => self.keep(i, open, Fate::Tail, self.tails(i)),
+                    // In a box without extent −x and |x| are single numbers too, but ones that change with x.
+                    Op::Floor | Op::Ceil | Op::Round | Op::Less => {
+                        self.keep(i, open, Fate::Point, self.points(i))
+                    }
+                    _ => open,
+                };
+            }
+            self.keep(i, open, Fate::Stay, open);
+            for k in instr.slots() {
+                self.reached[instr.args[k] as usize] |= open;
+            }
+        }
+    }
+}
+
+impl Decide<'_> {
+    /// Notes what becomes of an instruction in the boxes of `mask`, and returns those of the others that are open.
+    #[inline(always)]
+    fn keep(&mut self, i: usize, open: u8, fate: Fate, mask: u8) -> u8 {
+        let mut bits = open & mask;
+        while bits != 0 {
+            self.kept[bits.trailing_zeros() as usize].push(Kept { instr: i as u32, fate });
+            bits &= bits - 1;
+        }
+        open & !mask
+    }
+
+    /// The boxes in which an exponential is too small to matter.
+    #[inline(always)]
+    fn tails(&self, i: usize) -> u8 {
+        let Some(tail) = self.tail else { return 0 };
+        mask(|l| self.pass.adjoint(i, l).magnitude() * self.pass.value(i, l).hi <= tail)
+    }
+
+    /// The boxes in which an instruction without derivatives is a single number.
+    #[inline(always)]
+    fn points(&self, i: usize) -> u8 {
+        let v = self.pass.lanes(i);
+        mask(|l| v.lo[l] == v.hi[l] && v.lo[l].is_finite())
+    }
+
+    /// Follows the operands that a choice surely takes; returns the boxes where that is open.
+    #[inline(always)]
+    fn choose(&mut self, i: usize, op: Op, mode: Mode, open: u8) -> u8 {
+        let instr = self.tape.instrs[i];
+        let a = self.pass.lanes(instr.args[0] as usize);
+        let taken = match op {
+            Op::Abs => [mask(|l| a.lo[l] > 0.0), 0, 0],
+            Op::Choose => [0, mask(|l| !a.lane(l).has_zero()), mask(|l| a.lo[l] == 0.0 && a.hi[l] == 0.0)],
+            _ => {
+                let b = match mode {
+                    Mode::SlotUniform => Lanes::from(self.uniform(instr.args[1])),
+                    _ => *self.pass.lanes(instr.args[1] as usize),
+                };
+                let below = mask(|l| a.hi[l] < b.lo[l]);
+                let above = mask(|l| b.hi[l] < a.lo[l]);
+                if op == Op::Min { [below, above, 0] } else { [above, below, 0] }
+            }
+        };
+        let mut open = open;
+        for k in 0..3 {
+            let here = open & taken[k];
+            if here != 0 {
+                open = self.keep(i, open, Fate::Take(k as u8), here);
+                if instr.slots().contains(&k) {
+                    self.reached[instr.args[k] as usize] |= here;
+                }
+            }
+        }
+        open
+    }
+
+    #[inline(always)]
+    fn uniform(&self, u: u32) -> Interval {
+        match self.shared.get(u as usize) {
+            Some(v) => *v,
+            None => {
+                let c = self.tape.own[u as usize - self.shared.len()];
+                Interval::new(c, c)
+            }
+        }
+    }
+}
+
+/// The boxes for which something holds.
+#[inline(always)]
+fn mask(holds: impl Fn(usize) -> bool) -> u8 {
+    let mut bits = 0;
+    for l in 0..LANES {
+        bits |= u8::from(holds(l)) << l;
+    }
+    bits
 }
 
 struct Pruner<'a> {
@@ -84,6 +232,8 @@ struct Pruner<'a> {
     lane: usize,
     own: Vec<f64>,
     instrs: Vec<Instr>,
+    /// Whether folding has left an instruction without a use.
+    dropped: bool,
 }
 
 impl Pruner<'_> {
@@ -113,106 +263,16 @@ impl Pruner<'_> {
         }
     }
 
-    /// From the result back: what is reached, and of that, what is a constant or one of its operands here.
-    fn find(
-        &mut self,
-        became: &mut Vec<Operand>,
-        reached: &mut Vec<bool>,
-        kept: &mut Vec<u32>,
-        is_tail: impl Fn(usize) -> bool,
-    ) {
-        let n = self.tape.instrs.len();
-        became.clear();
-        became.resize(n, Operand::Uniform(0));
-        reached.clear();
-        reached.resize(n, false);
-        reached[n - 1] = true;
-        kept.clear();
-        for i in (0..n).rev() {
-            if !reached[i] {
-                continue;
-            }
-            kept.push(i as u32);
-            let instr = self.tape.instrs[i];
-            let (op, mode) = match instr.code {
-                Code::Input => {
-                    became[i] = Operand::Slot(i as u32);
-                    continue;
-                }
-                Code::Uniform => {
-                    became[i] = Operand::Uniform(instr.args[0]);
-                    continue;
-                }
-                Code::Op(op, mode) => (op, mode),
-            };
-            let here = self.value(i as u32);
-            if op == Op::Exp && is_tail(i) {
-                became[i] = Operand::Uniform(self.constant(0.0));
-                continue;
-            }
-            // In a box without extent −x and |x| are single numbers too, but ones that change with x.
-            let flat = instr.slots().all(|k| is_flat(op, k));
-            if flat && here.lo == here.hi && here.lo.is_finite() {
-                became[i] = Operand::Uniform(self.constant(here.lo));
-                continue;
-            }
-            let slots = instr.slots();
-            let choice = matches!(op, Op::Min | Op::Max | Op::Abs | Op::Choose)
-                .then(|| self.winner(op, mode, instr.args));
-            match choice.flatten() {
-                Some(k) if slots.contains(&k) => {
-                    became[i] = Operand::Slot(instr.args[k]);
-                    reached[instr.args[k] as usize] = true;
-                }
-                Some(k) => became[i] = Operand::Uniform(instr.args[k]),
-                None => {
-                    became[i] = Operand::Slot(i as u32);
-                    for k in slots {
-                        reached[instr.args[k] as usize] = true;
-                    }
-                }
-            }
-        }
-    }
-
-    /// The operand that a choice surely takes here.
-    fn winner(&self, op: Op, mode: Mode, args: [u32; 3]) -> Option<usize> {
-        let interval = |k: usize| match (mode, k) {
-            (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0) => self.uniform_interval(args[k]),
-            _ => self.value(args[k]),
-        };
-        let (a, b) = (interval(0), interval(1));
-        match op {
-            Op::Min if a.hi < b.lo => Some(0),
-            Op::Min if b.hi < a.lo => Some(1),
-            Op::Max if a.lo > b.hi => Some(0),
-            Op::Max if b.lo > a.hi => Some(1),
-            Op::Abs if a.lo > 0.0 => Some(0),
-            Op::Choose if !a.has_zero() => Some(1),
-            Op::Choose if a == Interval::ZERO => Some(2),
-            _ => None,
-        }
-    }
-
-    fn uniform_interval(&self, u: u32) -> Interval {
-        match self.shared.get(u as usize) {
-            Some(v) => *v,
-            None => {
-                let c = self.own[u as usize - self.shared.len()];
-                Interval::new(c, c)
-            }
-        }
-    }
-
     /// From the first instruction on: writes the kept ones with their operands resolved, folding constants.
-    fn rewrite(mut self, became: &mut [Operand], kept: &[u32]) -> Tape {
-        self.instrs.reserve(kept.len());
-        for &i in kept.iter().rev() {
-            let i = i as usize;
-            became[i] = match became[i] {
-                Operand::Uniform(u) => Operand::Uniform(u),
-                Operand::Slot(s) if s as usize != i => became[s as usize],
-                Operand::Slot(_) => self.emit(i, became),
+    fn rewrite(mut self, became: &mut Vec<Operand>, kept: &[Kept]) -> Tape {
+        became.resize(self.tape.instrs.len(), Operand::Uniform(0));
+        for &Kept { instr, fate } in kept.iter().rev() {
+            let i = instr as usize;
+            became[i] = match fate {
+                Fate::Stay => self.emit(i, became),
+                Fate::Take(k) => self.operand(&self.tape.instrs[i], k as usize, became),
+                Fate::Point => Operand::Uniform(self.constant(self.value(instr).lo)),
+                Fate::Tail => Operand::Uniform(self.constant(0.0)),
             };
         }
         let root = became[self.tape.instrs.len() - 1];
@@ -224,7 +284,17 @@ impl Pruner<'_> {
             instrs: self.instrs,
             exps: self.tape.exps,
         };
-        tape.without_unused()
+        if self.dropped { tape.without_unused() } else { tape }
+    }
+
+    /// What operand `k` of an instruction of the old tape became.
+    #[inline(always)]
+    fn operand(&self, instr: &Instr, k: usize, became: &[Operand]) -> Operand {
+        if instr.slots().contains(&k) {
+            became[instr.args[k] as usize]
+        } else {
+            Operand::Uniform(instr.args[k])
+        }
     }
 
     fn push(&mut self, code: Code, args: [u32; 3]) -> Operand {
@@ -245,15 +315,15 @@ impl Pruner<'_> {
 
     fn emit(&mut self, i: usize, became: &[Operand]) -> Operand {
         let instr = self.tape.instrs[i];
-        let Code::Op(op, mode) = instr.code else { return self.push(instr.code, instr.args) };
-        let operand = |k: usize| match (mode, k) {
-            (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0) => Operand::Uniform(instr.args[k]),
-            _ => became[instr.args[k] as usize],
+        let op = match instr.code {
+            Code::Op(op, _) => op,
+            Code::Uniform => return Operand::Uniform(instr.args[0]),
+            Code::Input => return self.push(instr.code, instr.args),
         };
         let n = op.arity();
-        let a = operand(0);
-        let b = if n > 1 { operand(1) } else { a };
-        let c = if n > 2 { operand(2) } else { a };
+        let a = self.operand(&instr, 0, became);
+        let b = if n > 1 { self.operand(&instr, 1, became) } else { a };
+        let c = if n > 2 { self.operand(&instr, 2, became) } else { a };
         if op == Op::Abs && self.value(i as u32).lo > 0.0 && self.value(instr.args[0]).hi < 0.0 {
             let s = self.slot(a);
             return self.push(Code::Op(Op::Neg, Mode::Slots), [s; 3]);
@@ -266,6 +336,7 @@ impl Pruner<'_> {
             (Op::Add, Some(0.0), _) | (Op::Mul, Some(1.0), _) => return b,
             (Op::Add | Op::Sub, _, Some(0.0)) | (Op::Mul | Op::Div, _, Some(1.0)) => return a,
             (Op::Mul | Op::Div, Some(0.0), _) | (Op::Mul, _, Some(0.0)) => {
+                self.dropped = true;
                 return Operand::Uniform(self.constant(0.0));
             }
             (Op::Sub, Some(0.0), _) => {

@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use rayon::prelude::*;
 
 use crate::FieldError;
+use crate::cut::{Curve, Part};
 use crate::interval::Interval;
 use crate::kernel::{Batch, Columns, Want, hessian, run};
 use crate::lanes::LANES;
@@ -62,14 +63,12 @@ impl Whole<'_> {
 
     /// Cuts the points, which should be in a spatially coherent order, into leaves.
     pub(crate) fn leaves(&self, points: &[[f64; 3]], margin: f64, options: RegionOptions) -> Vec<Leaf> {
-        let Some(bounds) = Aabb::around(points) else { return Vec::new() };
-        let boxes: Vec<Aabb> = points.par_chunks(GRAIN).filter_map(Aabb::around).collect();
-        let whole = Node { tape: self.tape, start: 0, end: boxes.len() };
-        let cut = Cut { whole: self, boxes: &boxes, points: points.len(), margin, options };
-        if points.len() <= options.leaf {
-            return cut.prune(&whole, &[(0, boxes.len(), bounds)]).into_iter().map(|(l, _)| l).collect();
+        if points.is_empty() {
+            return Vec::new();
         }
-        cut.descend(&whole)
+        let curve = Curve::new(points);
+        let cut = Cut { whole: self, curve: &curve, margin, options };
+        cut.descend(&Node { tape: self.tape, start: 0, end: points.len() })
     }
 
     /// F and ∂F/∂x with one program, on this thread.
@@ -84,8 +83,7 @@ impl Whole<'_> {
             gradient.fill([0.0; 3]);
         }
         let x = Columns { data: gradient.as_flattened_mut(), stride: 3 };
-        let leaves = Columns { data: &mut [], stride: 0 };
-        run(program, self.uniforms, Batch::of_points(points, self.axes), value, Want::Gradient { x, leaves });
+        run(program, self.uniforms, Batch::of_points(points, self.axes), value, Want::Chosen { x });
     }
 
     /// Second derivatives with one program, on this thread.
@@ -97,10 +95,7 @@ impl Whole<'_> {
     }
 }
 
-/// Points of the smallest run that is kept together.
-const GRAIN: usize = 16;
-
-/// A run of grains and the tape that is left around it.
+/// A run of points and the tape that is left around it.
 struct Node<'a> {
     tape: &'a Tape,
     start: usize,
@@ -110,109 +105,55 @@ struct Node<'a> {
 /// The recursion from all points to leaves.
 struct Cut<'a> {
     whole: &'a Whole<'a>,
-    /// The box of each grain.
-    boxes: &'a [Aabb],
-    points: usize,
+    curve: &'a Curve<'a>,
     margin: f64,
     options: RegionOptions,
 }
 
 impl Cut<'_> {
     fn descend(&self, node: &Node) -> Vec<Leaf> {
-        let parts = self.parts(node);
+        let parts = self.curve.parts(node.start, node.end, LANES, self.options.leaf);
         let children = self.prune(node, &parts);
         let below = |(leaf, tape): (Leaf, Tape)| {
-            if leaf.end - leaf.start <= self.options.leaf || leaf.end - leaf.start <= GRAIN {
+            if self.is_last(leaf.end - leaf.start) {
                 return vec![leaf];
             }
-            let (start, end) = (leaf.start / GRAIN, leaf.end.div_ceil(GRAIN));
-            self.descend(&Node { tape: &tape, start, end })
+            self.descend(&Node { tape: &tape, start: leaf.start, end: leaf.end })
         };
-        if node.end - node.start > 64 {
+        if node.end - node.start > 1024 {
             children.into_par_iter().flat_map_iter(below).collect()
         } else {
             children.into_iter().flat_map(below).collect()
         }
     }
 
-    /// Cuts a run in up to [`LANES`] parts, in three rounds of two.
-    fn parts(&self, node: &Node) -> Vec<(usize, usize, Aabb)> {
-        let mut parts = vec![(node.start, node.end)];
-        for _ in 0..LANES.ilog2() {
-            parts = parts
-                .into_iter()
-                .flat_map(|(start, end)| {
-                    if (end - start) * GRAIN <= self.options.leaf.max(GRAIN) {
-                        return vec![(start, end)];
-                    }
-                    let middle = self.best_cut(start, end);
-                    vec![(start, middle), (middle, end)]
-                })
-                .collect();
-        }
-        parts.into_iter().map(|(start, end)| (start, end, self.hull(start, end))).collect()
-    }
-
-    fn hull(&self, start: usize, end: usize) -> Aabb {
-        self.boxes[start + 1..end].iter().fold(self.boxes[start], |a, b| join(&a, b))
-    }
-
-    /// The cut in the middle half of a run that makes the two boxes smallest, each weighed by its points: a
-    /// space-filling curve jumps, and it should be cut where it does.
-    fn best_cut(&self, start: usize, end: usize) -> usize {
-        let n = end - start;
-        let (first, last) = (start + n.div_ceil(4), (start + n - n / 4).min(end - 1).max(start + 1));
-        if first >= last {
-            return start + n / 2;
-        }
-        let mut after = vec![0.0; last - first + 1];
-        let mut hull = self.hull(last, end);
-        for k in (first..=last).rev() {
-            hull = join(&hull, &self.boxes[k]);
-            after[k - first] = hull.diagonal() * (end - k) as f64;
-        }
-        let mut hull = self.hull(start, first);
-        let mut best = (f64::INFINITY, start + n / 2);
-        for k in first..=last {
-            let cost = hull.diagonal() * (k - start) as f64 + after[k - first];
-            if cost < best.0 {
-                best = (cost, k);
-            }
-            hull = join(&hull, &self.boxes[k]);
-        }
-        best.1
+    /// Whether a run of this many points is a leaf.
+    fn is_last(&self, points: usize) -> bool {
+        points <= self.options.leaf.max(1)
     }
 
     /// The tape that is left of a node's in each part.
-    fn prune(&self, node: &Node, parts: &[(usize, usize, Aabb)]) -> Vec<(Leaf, Tape)> {
+    fn prune(&self, node: &Node, parts: &[Part]) -> Vec<(Leaf, Tape)> {
         thread_local! {
             static SCRATCH: RefCell<Scratch> = RefCell::new(Scratch::default());
         }
         let Whole { spans, axes, .. } = self.whole;
         let tail = self.options.tail;
         SCRATCH.with_borrow_mut(|scratch| {
-            let boxes: Vec<Aabb> = parts.iter().map(|p| p.2.grown(self.margin)).collect();
+            let boxes: Vec<Aabb> = parts.iter().map(|p| p.bounds.grown(self.margin)).collect();
             scratch.pass.run(node.tape, spans, &boxes, *axes, node.tape.drops_tails(tail));
-            let one = |(lane, &(start, end, _)): (usize, &(usize, usize, Aabb))| {
-                let tape = node.tape.pruned(spans, tail, lane, scratch);
-                let (start, end) = (start * GRAIN, (end * GRAIN).min(self.points));
-                let last = end - start <= self.options.leaf || end - start <= GRAIN;
+            node.tape.decide(spans, tail, boxes.len(), scratch);
+            let one = |(lane, part): (usize, &Part)| {
+                let tape = node.tape.pruned(spans, lane, scratch);
                 // Only leaves are evaluated.
+                let last = self.is_last(part.len());
                 let program = if last { Program::new(&tape, Purpose::Inputs) } else { Program::default() };
+                let (start, end) = (part.start, part.end);
                 (Leaf { start, end, bounds: boxes[lane], program, operations: tape.len() }, tape)
             };
             parts.iter().enumerate().map(one).collect()
         })
     }
-}
-
-fn join(a: &Aabb, b: &Aabb) -> Aabb {
-    let mut r = *a;
-    for k in 0..3 {
-        r.lo[k] = r.lo[k].min(b.lo[k]);
-        r.hi[k] = r.hi[k].max(b.hi[k]);
-    }
-    r
 }
 
 /// From (n, d, d) to xx, xy, xz, yy, yz, zz.
@@ -260,6 +201,15 @@ impl Narrowed<'_> {
     }
 }
 
+/// Whether all points lie in the box, without a branch for each.
+fn holds_all(b: &Aabb, points: &[[f64; 3]]) -> bool {
+    let inside = |p: &[f64; 3]| {
+        let axis = |a: usize| (b.lo[a] <= p[a]) & (p[a] <= b.hi[a]);
+        axis(0) & axis(1) & axis(2)
+    };
+    points.iter().fold(true, |all, p| all & inside(p))
+}
+
 /// Runs of points that share a program.
 fn runs<'s, 'p>(
     n: &'s Narrowed<'_>,
@@ -301,6 +251,9 @@ impl Surface for Narrowed<'_> {
         }
         tasks.into_par_iter().with_min_len(4).for_each(|(leaf, v, g)| {
             let points = &points[leaf.start..leaf.end];
+            if holds_all(&leaf.bounds, points) {
+                return self.whole.one(&leaf.program, points, v, g);
+            }
             for (start, end, program) in runs(self, leaf, points) {
                 self.whole.one(program, &points[start..end], &mut v[start..end], &mut g[start..end]);
             }

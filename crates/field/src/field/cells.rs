@@ -96,8 +96,9 @@ fn divide(whole: &Whole, open: &Open, prune: bool, tail: f64, scratch: &mut Scra
     // Points are projected out of their boxes: the tapes are good for a margin around them.
     let grown: Vec<Aabb> = parts.iter().map(|b| b.grown(0.25 * longest(b))).collect();
     scratch.pass.run(tape, &whole.spans, &grown, whole.axes, tape.drops_tails(tail));
+    tape.decide(&whole.spans, tail, grown.len(), scratch);
     let one = |(lane, bounds): (usize, Aabb)| {
-        let less = tape.pruned(&whole.spans, tail, lane, scratch);
+        let less = tape.pruned(&whole.spans, lane, scratch);
         // A tape that is hardly shorter is not worth its memory.
         let region = if less.len() * 10 < tape.len() * 9 {
             Region { bounds: grown[lane], tape: Arc::new(less) }
