@@ -158,7 +158,10 @@ fn values_that_a_parameter_may_not_have_are_refused_and_change_nothing() {
     let r = f.parameter("sphere/r").unwrap();
     for bad in [-1.0, 0.0, f64::NAN, f64::INFINITY] {
         let e = f.set_value(r, bad).unwrap_err().to_string();
-        assert!(e.contains("`sphere/r` must be finite and above 0") && e.contains(&format!("given {bad}")), "{e}");
+        assert!(
+            e.contains("`sphere/r` must be finite and above 0") && e.contains(&format!("given {bad}")),
+            "{e}"
+        );
         let mut q = before.clone();
         q[0] = 2.0;
         let at = f.free().iter().position(|&i| i == r).unwrap();
