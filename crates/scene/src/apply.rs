@@ -441,9 +441,8 @@ impl Scene {
         if self.now.state.has_surface_of(&was) {
             (self.now.metric, self.now.rested) = (Metric::stale(), false);
         } else {
-            self.resettle("going back")?;
+            self.resettle_in(bounds, "going back")?;
         }
-        self.now.state.bounds = bounds;
         let (from, to) =
             if undo { (&mut self.undo, &mut self.redo) } else { (&mut self.redo, &mut self.undo) };
         from.pop();

@@ -23,6 +23,9 @@ const GRIP_SOFTNESS: f64 = 0.1;
 /// Points of a gripped patch around its pin.
 const GRIP_POINTS: usize = 6;
 
+/// How much a box grows, as a part of its diagonal, where the surface has come to it and no box is found.
+const WIDER: f64 = 0.25;
+
 /// A control point of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScenePin {
@@ -211,7 +214,10 @@ impl Now {
     /// New floaters where a drag has brought up a part of the surface that the old ones do not lead to.
     pub(crate) fn look_around(&mut self) -> Result<(), Error> {
         let (field, settings) = (&self.state.field, &self.state.settings);
-        self.state.bounds = crate::swarm::bounds_of(field, settings)?;
+        self.state.bounds = match crate::swarm::bounds_of(field, settings) {
+            Err(Error::Unbounded) => self.state.bounds,
+            found => found?,
+        };
         if let Some(settled) = self.swarm.settled(field, &self.state.bounds, settings)? {
             self.swarm = settled;
         }
@@ -223,7 +229,10 @@ impl Now {
         let b = &self.state.bounds;
         let touches = |p: &V3| (0..self.state.field.axes()).any(|a| p[a] <= b.lo[a] || p[a] >= b.hi[a]);
         if self.state.settings.bounds.is_none() && self.swarm.floaters.points.iter().any(touches) {
-            self.state.bounds = crate::swarm::bounds_of(&self.state.field, &self.state.settings)?;
+            self.state.bounds = match crate::swarm::bounds_of(&self.state.field, &self.state.settings) {
+                Err(Error::Unbounded) => b.grown(WIDER * b.diagonal()),
+                found => found?,
+            };
         }
         Ok(())
     }

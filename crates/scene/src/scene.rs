@@ -353,8 +353,19 @@ impl Scene {
 
     /// Brings the floaters onto the surface after a sudden change.
     pub(crate) fn resettle(&mut self, what: &str) -> Result<(), Error> {
+        let state = &self.now.state;
+        let bounds = match bounds_of(&state.field, &state.settings) {
+            // An adapter bends a surface whose box is known: it stays near.
+            Err(Error::Unbounded) if state.adapting.is_some() => state.bounds,
+            found => found?,
+        };
+        self.resettle_in(bounds, what)
+    }
+
+    /// The same in a box that is known.
+    pub(crate) fn resettle_in(&mut self, bounds: Aabb, what: &str) -> Result<(), Error> {
         let now = &mut self.now;
-        now.state.bounds = bounds_of(&now.state.field, &now.state.settings)?;
+        now.state.bounds = bounds;
         let settled = now.swarm.settled(&now.state.field, &now.state.bounds, &now.state.settings)?;
         now.swarm = settled.ok_or_else(|| Error::Vanished { what: what.into() })?;
         now.state.spacing = now.swarm.spacing;

@@ -114,3 +114,21 @@ fn what_an_adapter_cannot_do_is_said() {
     s.apply(Command::Freeze { pattern: "*".into(), frozen: true }).unwrap();
     assert!(s.apply(adapt("translate_2", "mover")).unwrap_err().to_string().contains("release"));
 }
+
+#[test]
+fn an_adapter_whose_box_cannot_be_found_is_undone_and_done_again() {
+    // Intervals see no end of a tapered surface; the box of the surface before serves.
+    let settings = Settings { amount: Amount::Count(200), ..Settings::default() };
+    let mut s = Scene::new(&text::parse("sphere(1)", &[]).unwrap(), settings).unwrap();
+    s.apply(adapt("", "taper")).unwrap();
+    let own = s.field().parameters().iter().find(|p| p.is_free()).unwrap().path.clone();
+    s.apply(Command::Undo {}).unwrap();
+    s.apply(Command::Redo {}).unwrap();
+    s.apply(Command::Set { path: own, value: 0.3 }).unwrap();
+    let hand = s.pin([1.0, 0.0, 0.0]).unwrap();
+    drag(&mut s, hand, [1.2, 0.0, 0.3]);
+    s.apply(Command::Undo {}).unwrap();
+    s.apply(Command::Redo {}).unwrap();
+    s.apply(Command::Cancel {}).unwrap();
+    assert_eq!(s.model().unwrap(), text::parse("sphere(1)", &[]).unwrap());
+}

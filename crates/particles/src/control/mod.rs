@@ -6,6 +6,7 @@ mod fit;
 mod metric;
 mod pin;
 mod solve;
+mod sums;
 mod transfer;
 
 pub use drag::{ControlStep, StepOptions, step};

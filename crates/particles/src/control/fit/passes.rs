@@ -3,38 +3,14 @@
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// Partial sums of a dot product.
-const LANES: usize = 16;
+pub(crate) use crate::control::sums::dot;
+
 /// Parts into which rows are split; each sums for itself.
 const PARTS: usize = 16;
 /// Rows of a part, at least.
 const ROWS: usize = 32;
 /// Numbers in J from which threads pay.
 const PARALLEL: usize = 1 << 15;
-
-/// Σ aᵢ bᵢ in a fixed order.
-#[inline(always)]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let n = a.len().min(b.len());
-    let ((a, a_rest), (b, b_rest)) = (a[..n].as_chunks::<LANES>(), b[..n].as_chunks::<LANES>());
-    let mut s = [0.0; LANES];
-    for (x, y) in a.iter().zip(b) {
-        for l in 0..LANES {
-            s[l] += x[l] * y[l];
-        }
-    }
-    for (l, (x, y)) in a_rest.iter().zip(b_rest).enumerate() {
-        s[l] += x * y;
-    }
-    let mut half = LANES / 2;
-    while half > 0 {
-        for l in 0..half {
-            s[l] += s[l + half];
-        }
-        half /= 2;
-    }
-    s[0]
-}
 
 /// A row-major matrix.
 #[derive(Clone, Copy)]
