@@ -67,7 +67,7 @@ pub struct ControlStep {
     /// Parameters at a limit that wanted to go beyond: their numbers in q.
     pub at_limit: Vec<usize>,
     /// How often the step was tried again, shorter or damped.
-    pub halvings: usize,
+    pub retries: usize,
     /// Nothing could move.
     pub stuck: bool,
 }
@@ -121,7 +121,7 @@ fn attempt(
     };
     let exact = (0..n).filter(|&i| pins[i].softness == 0.0).map(squared);
     let unmet: f64 = exact.filter(|v| v.is_finite()).sum();
-    for (halvings, (part, damping)) in TRIALS.into_iter().enumerate() {
+    for (retries, (part, damping)) in TRIALS.into_iter().enumerate() {
         let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
         let wanted: Vec<f64> = desired.iter().map(|v| v * part).collect();
         let solve = |change: &[f64]| {
@@ -171,7 +171,7 @@ fn attempt(
         let ends: Vec<V3> =
             (0..n).map(|i| along(along(places[i], 1.0, d[i]), 1.0, within.change.way[i])).collect();
         if let Some(landed) = trial.correct(surface, pins, ends, part)? {
-            return finish(surface, pins, landed, &within, q, halvings);
+            return finish(surface, pins, landed, &within, q, retries);
         }
     }
     surface.set_q(q)?;
@@ -182,7 +182,7 @@ fn attempt(
         rank: system.rank(),
         residual,
         slip: vec![[0.0; 3]; n],
-        halvings: TRIALS.len(),
+        retries: TRIALS.len(),
         stuck: true,
         ..ControlStep::default()
     })
@@ -343,7 +343,7 @@ fn finish(
     landed: Landed,
     within: &super::solve::Within,
     q: &[f64],
-    halvings: usize,
+    retries: usize,
 ) -> Result<ControlStep, Error> {
     let Landed { places, value, gradient } = landed;
     let n = pins.len();
@@ -354,7 +354,7 @@ fn finish(
         residual: (0..n).map(|i| distance_of(value[i], gradient[i], least)).collect(),
         slip: vec![[0.0; 3]; n],
         at_limit: within.at_limit.clone(),
-        halvings,
+        retries,
         ..ControlStep::default()
     };
     for i in 0..n {
@@ -380,15 +380,13 @@ fn land(surface: &dyn Parametric, place: V3, pin: &Pin, left: &mut f64) -> Resul
     let (mut value, mut gradient) = ([0.0], [[0.0; 3]]);
     let (mut best, mut p) = (place, place);
     for round in 0..LANDINGS {
+        surface.value_gradient(&[p], &mut value, &mut gradient)?;
         if round > 0 {
-            surface.value_gradient(&[p], &mut value, &mut gradient)?;
             let off = value[0].abs() / norm(gradient[0]);
             if off.is_nan() || off >= *left {
                 break;
             }
             (best, *left) = (p, off);
-        } else {
-            surface.value_gradient(&[p], &mut value, &mut gradient)?;
         }
         let way = pin.guide.allowed(gradient[0]);
         let square = dot(way, way);

@@ -1,6 +1,7 @@
 //! Control points.
 
 use crate::Error;
+use crate::vector::{dot, norm, tangential};
 
 /// How a control point may give way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,6 +13,17 @@ pub enum Guide {
     Line([f64; 3]),
     /// It may slide in the plane of this normal (a unit vector), and is dragged in it only.
     Plane([f64; 3]),
+}
+
+impl Guide {
+    /// The part of a displacement that the guide allows.
+    pub fn allowed(self, d: [f64; 3]) -> [f64; 3] {
+        match self {
+            Guide::Free => d,
+            Guide::Line(u) => u.map(|c| c * dot(d, u)),
+            Guide::Plane(n) => tangential(d, n),
+        }
+    }
 }
 
 /// A control point: the surface passes through it.
@@ -64,7 +76,7 @@ impl Pin {
             return wrong("softness", "a finite number from 0 up", self.softness.to_string());
         }
         if let Guide::Line(u) | Guide::Plane(u) = self.guide
-            && (!finite(u) || (crate::vector::norm(u) - 1.0).abs() > 1e-9)
+            && (!finite(u) || (norm(u) - 1.0).abs() > 1e-9)
         {
             return wrong("guide", "a direction of length 1", format!("{u:?}"));
         }

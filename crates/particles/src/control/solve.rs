@@ -245,13 +245,4 @@ impl Guide {
             }
         }
     }
-
-    /// The part of a displacement that the guide allows.
-    pub(crate) fn allowed(self, d: V3) -> V3 {
-        match self {
-            Guide::Free => d,
-            Guide::Line(u) => u.map(|c| c * dot(d, u)),
-            Guide::Plane(n) => crate::vector::tangential(d, n),
-        }
-    }
 }

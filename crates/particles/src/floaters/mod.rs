@@ -72,7 +72,7 @@ impl Parameters {
 impl Parameters {
     /// For floaters on a surface that moves, where a step must bring as much as it can: feedback is a whole Newton step
     /// (φΔt = 1), Δt and γ are larger. A cylinder that is stretched fourfold in ten steps is evenly covered after thirty more
-    /// steps (CV .07) instead of sixty; at rest nothing is born and nothing dies.
+    /// steps (CV .07) instead of fifty; at rest nothing is born and nothing dies.
     pub fn live(diameter: f64, sigma_hat: f64) -> Self {
         let dt = 0.05;
         Self { dt, phi: 1.0 / dt, gamma: 5.0, ..Self::new(diameter, sigma_hat) }
