@@ -4,6 +4,7 @@ use isoswarm_particles::control::Guide;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::vector::unit;
 use crate::{Error, Settings};
 
 /// A pin by its number or its name.
@@ -29,10 +30,6 @@ pub enum Along {
 impl Along {
     /// With a direction of length 1; `None` where it has none.
     pub(crate) fn guide(self) -> Option<Guide> {
-        let unit = |v: [f64; 3]| {
-            let size = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-            (size.is_finite() && size > 0.0).then(|| v.map(|c| c / size))
-        };
         match self {
             Along::Line(v) => unit(v).map(Guide::Line),
             Along::Plane(v) => unit(v).map(Guide::Plane),

@@ -8,8 +8,7 @@ use isoswarm_particles::project;
 use crate::Error;
 use crate::hold::Hold;
 use crate::scene::Now;
-
-type V3 = [f64; 3];
+use crate::vector::{V3, norm, sub, unit};
 
 /// Pins hold within this part of the model's size.
 const TOLERANCE: f64 = 1e-10;
@@ -25,6 +24,8 @@ const GRIP_POINTS: usize = 6;
 
 /// How much a box grows, as a part of its diagonal, where the surface has come to it and no box is found.
 const WIDER: f64 = 0.25;
+/// No further than to so many times the size that the surface had when its floaters were last settled: it may have no end.
+const WIDEST: f64 = 8.0;
 
 /// A control point of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +55,7 @@ impl ScenePin {
                 if field.axes() == 2 {
                     // To both sides along the curve.
                     let s = radius * (k as f64 - 2.5) / 2.5;
-                    let size = (g[0][0] * g[0][0] + g[0][1] * g[0][1]).sqrt();
-                    let n = if size > 0.0 { g[0].map(|c| c / size) } else { [0.0; 3] };
+                    let n = unit(g[0]).unwrap_or_default();
                     return [self.pin.at[0] - s * n[1], self.pin.at[1] + s * n[0], 0.0];
                 }
                 let t = k as f64 * (std::f64::consts::TAU / GRIP_POINTS as f64);
@@ -64,7 +64,7 @@ impl ScenePin {
             })
             .collect();
         project(field, &mut points, now.swarm.size)?;
-        self.patch = points.iter().map(|p| [0, 1, 2].map(|a| p[a] - self.pin.at[a])).collect();
+        self.patch = points.iter().map(|p| sub(*p, self.pin.at)).collect();
         Ok(())
     }
 }
@@ -122,7 +122,7 @@ impl Now {
         }
         let exact = rows.len();
         for (i, p) in self.state.pins.iter().enumerate() {
-            let shift = rows[i].target.map(|t| [0, 1, 2].map(|a| t[a] - rows[i].at[a]));
+            let shift = rows[i].target.map(|t| sub(t, rows[i].at));
             rows.extend(p.patch.iter().map(|o| {
                 let at = [0, 1, 2].map(|a| p.pin.at[a] + o[a]);
                 let target = shift.map(|s| [0, 1, 2].map(|a| at[a] + s[a]));
@@ -205,7 +205,7 @@ impl Now {
         for p in &mut self.state.pins {
             for offset in &mut p.patch {
                 let q = points.next().unwrap_or(p.pin.at);
-                *offset = [0, 1, 2].map(|a| q[a] - p.pin.at[a]);
+                *offset = sub(q, p.pin.at);
             }
         }
         Ok(())
@@ -230,7 +230,10 @@ impl Now {
         let touches = |p: &V3| (0..self.state.field.axes()).any(|a| p[a] <= b.lo[a] || p[a] >= b.hi[a]);
         if self.state.settings.bounds.is_none() && self.swarm.floaters.points.iter().any(touches) {
             self.state.bounds = match crate::swarm::bounds_of(&self.state.field, &self.state.settings) {
-                Err(Error::Unbounded) => b.grown(WIDER * b.diagonal()),
+                Err(Error::Unbounded) if b.diagonal() < WIDEST * self.swarm.size => {
+                    b.grown(WIDER * b.diagonal())
+                }
+                Err(Error::Unbounded) => *b,
                 found => found?,
             };
         }
@@ -242,13 +245,12 @@ impl Now {
         let points: Vec<V3> = self.state.pins.iter().map(|p| p.pin.at).collect();
         let (mut f, mut g) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
         isoswarm_field::Surface::value_gradient(&self.state.field, &points, &mut f, &mut g)?;
-        let size = |g: &V3| (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
         Ok(self
             .state
             .pins
             .iter()
             .zip(f.iter().zip(&g))
-            .map(|(p, (f, g))| (p.id, f.abs() / size(g)))
+            .map(|(p, (f, g))| (p.id, f.abs() / norm(*g)))
             .collect())
     }
 }

@@ -304,7 +304,7 @@ impl PinRecord {
 }
 
 fn is_unit(v: [f64; 3]) -> bool {
-    ((v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt() - 1.0).abs() < 1e-12
+    (crate::vector::norm(v) - 1.0).abs() < 1e-12
 }
 
 fn to_text(v: &impl Serialize) -> String {

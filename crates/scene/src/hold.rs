@@ -1,11 +1,10 @@
 //! What is being dragged, and how it went.
 
 use isoswarm_field::math::{cos, sin};
-use isoswarm_particles::control::{ControlStep, Guide, Pin};
+use isoswarm_particles::control::{ControlStep, Pin};
 
 use crate::control::ScenePin;
-
-type V3 = [f64; 3];
+use crate::vector::{V3, norm, sub};
 
 /// What it costs a region not to follow its pin.
 const REGION_SOFTNESS: f64 = 0.1;
@@ -15,14 +14,6 @@ const REGION_MOST: usize = 400;
 const PATIENCE: usize = 12;
 /// Progress that counts, as a part of the longest step.
 const PROGRESS: f64 = 1e-3;
-
-fn sub(a: V3, b: V3) -> V3 {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-fn norm(a: V3) -> f64 {
-    (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
-}
 
 /// A floater of a region that follows a pin.
 #[derive(Clone, Debug)]
@@ -180,18 +171,7 @@ impl Hold {
 
     /// The largest distance between a pin and where it shall go now, along what its guide allows.
     fn distance(&self, pins: &[ScenePin]) -> f64 {
-        let way = |p: &ScenePin, t: V3| {
-            let d = sub(t, p.pin.at);
-            let along = |u: V3| d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
-            match p.pin.guide {
-                Guide::Free => norm(d),
-                Guide::Line(u) => along(u).abs(),
-                Guide::Plane(n) => {
-                    let s = along(n);
-                    norm([0, 1, 2].map(|k| d[k] - s * n[k]))
-                }
-            }
-        };
+        let way = |p: &ScenePin, t: V3| norm(p.pin.guide.allowed(sub(t, p.pin.at)));
         let of = |(id, t): &(u64, V3)| pins.iter().find(|p| p.id == *id).map_or(0.0, |p| way(p, *t));
         self.targets.iter().map(of).fold(0.0, f64::max)
     }

@@ -15,6 +15,7 @@ mod report;
 mod scene;
 mod settings;
 mod swarm;
+mod vector;
 
 pub use apply::Change;
 pub use command::{Along, Command, FitLoss, Hand, PinRef};

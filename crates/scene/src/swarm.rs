@@ -5,6 +5,7 @@ use isoswarm_particles::floaters::{Floaters, Parameters};
 use isoswarm_particles::{self as particles, Options, Samples, Status, sample};
 
 use crate::settings::{Amount, Focus, Settings};
+use crate::vector::{norm, sub, unit};
 use crate::{Error, Scene};
 
 /// With radii at σ̂ the mean distance to the nearest neighbour settles at this many σ̂.
@@ -87,8 +88,7 @@ impl Swarm {
         let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
         isoswarm_field::Surface::value_gradient(field, &self.floaters.points, &mut f, &mut g)?;
         for (normal, g) in self.floaters.normals.iter_mut().zip(&g) {
-            let size = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
-            *normal = if size > 0.0 { g.map(|v| v / size) } else { [0.0; 3] };
+            *normal = unit(*g).unwrap_or_default();
         }
         Ok(())
     }
@@ -99,11 +99,10 @@ impl Swarm {
 
     /// Makes floaters smaller, and so more, near the points.
     pub(crate) fn look_at(&mut self, points: &[[f64; 3]], focus: Focus) {
-        let square = |p: &[f64; 3], q: &[f64; 3]| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>();
         let size = |p: &[f64; 3]| {
-            let d2 = points.iter().map(|q| square(p, q)).fold(f64::INFINITY, f64::min);
+            let d = points.iter().map(|q| norm(sub(*p, *q))).fold(f64::INFINITY, f64::min);
             // From the factor at the point to 1 at twice the radius, smoothly.
-            let t = (d2 / (4.0 * focus.radius * focus.radius)).min(1.0);
+            let t = (0.25 * (d / focus.radius) * (d / focus.radius)).min(1.0);
             1.0 - (1.0 - focus.factor) * (1.0 - t) * (1.0 - t)
         };
         self.floaters.size = self.floaters.points.iter().map(size).collect();
