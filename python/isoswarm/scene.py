@@ -428,9 +428,6 @@ class Scene(EditableScene):
 
     # Within -----------------------------------------------------------------------------------------------------
 
-    def _pin_of(self, number: int) -> Pin:
-        return Pin(self, number)
-
     def _result(self, made: dict[str, Any]) -> Result:
         if made["pin"] is not None:
             return Pin(self, made["pin"])

@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from isoswarm.live import Node
 from isoswarm.pins import Floaters, Pin, Transfer
 from isoswarm.samples import Samples
 from isoswarm.sampling import sample
+
+if TYPE_CHECKING:
+    from isoswarm.scene import Scene
 
 __all__ = ["SceneView"]
 
@@ -203,7 +206,7 @@ class SceneView:
     # Within ----------------------------------------------------------------------------------------------------
 
     def _pin_of(self, number: int) -> Pin:
-        raise NotImplementedError
+        return Pin(cast("Scene", self), number)
 
     def _rows(self) -> Parameters:
         return self._keep("parameters", lambda: Parameters(self._inner.parameters()))
