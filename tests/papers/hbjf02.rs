@@ -1,5 +1,7 @@
 //! HBJF02, figures 1 to 3.
 
+use isoswarm::scene::Command;
+
 use crate::story::{diameter, off_surface, open, play, script, value};
 
 /// Figure 1: a quartic with 35 coefficients, dragged.
@@ -57,7 +59,10 @@ fn figure_2_a_dumbbell_of_r_functions_is_dragged_part_by_part() {
     assert_eq!(drags, 2);
     let size = diameter(&scene);
     assert!(scene.residuals().unwrap().values().all(|d| *d < 1e-6 * size));
-    assert!(value(&scene, "offset/d").is_finite());
+    // A parameter is typed in, and the floaters are on the surface that follows.
+    scene.apply(Command::Set { path: "offset/d".into(), value: 0.05 }).unwrap();
+    assert_eq!(value(&scene, "offset/d").to_bits(), 0.05f64.to_bits());
+    assert!(off_surface(&scene) < 1e-3 * size, "{}", off_surface(&scene));
 }
 
 /// Figure 3: an ellipsoid given by the ten coefficients of a quadric is moved by a Mover with one control point; the six of second

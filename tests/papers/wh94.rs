@@ -5,7 +5,9 @@ use isoswarm::particles::floaters::{Floaters, Parameters};
 use isoswarm::particles::metrics::evenness;
 use isoswarm::particles::{Amount, Options, sample};
 
-use crate::story::{diameter, off_surface, play, value};
+use isoswarm::scene::Scene;
+
+use crate::story::{diameter, off_surface, open, script, value};
 
 /// Figure 1: a blobby cylinder is stretched to four times its length in ten steps; floaters catch up and even out. How uneven they
 /// are at once, after thirty more steps and after fifty, and how many there are before and after.
@@ -59,16 +61,23 @@ fn figure_1_a_stretched_cylinder_is_covered_again() {
 /// Figure 2: three superimposed blobby cylinders become a shape by dragging points.
 #[test]
 fn figure_2_three_cylinders_become_a_shape() {
-    let (scene, changes) = play("three_cylinders");
-    let drags: Vec<_> = changes.iter().filter_map(|c| c.drag.as_ref()).collect();
-    assert_eq!(drags.len(), 4);
-    for d in &drags {
-        assert!(d.reached, "{d:?}");
+    let mut scene = open("three_cylinders");
+    let bits = |s: &Scene| -> Vec<u64> { s.field().parameters().iter().map(|p| p.value.to_bits()).collect() };
+    let mut drags = 0;
+    for entry in script("three_cylinders") {
+        let (locked, before) = (scene.field().parameters().to_vec(), bits(&scene));
+        let Some(drag) = scene.apply(entry.command).unwrap().drag else { continue };
+        drags += 1;
+        assert!(drag.reached, "{drag:?}");
+        // What is locked for this drag keeps every bit; what is not has moved.
+        let same: Vec<bool> = before.iter().zip(bits(&scene)).map(|(a, b)| *a == b).collect();
+        assert!((0..same.len()).all(|i| same[i] || !locked[i].frozen), "drag {drags}");
+        assert!(same.contains(&false), "drag {drags}");
     }
+    assert_eq!(drags, 4);
     let size = diameter(&scene);
     assert!(scene.residuals().unwrap().values().all(|d| *d < 1e-6 * size), "{:?}", scene.residuals());
     assert!(off_surface(&scene) < 1e-3 * size);
-    // What was locked for the drags of others has every bit that it had; what was dragged has not.
     assert_eq!(value(&scene, "blobby_cylinders/bias").to_bits(), 0.5f64.to_bits());
     let f = scene.frame().floaters;
     let e = evenness(&f.points, &f.normals, None, 3);
