@@ -4,12 +4,11 @@ import json
 import subprocess
 import sys
 
-# Each crate and the crates of this workspace that it may use: all those before it in the flow of data,
-# except that geometry stands on plain points and arrays alone.
+# Each crate and the crates of this workspace that it may use: all those before it in the flow of data.
 ALLOWED: dict[str, set[str]] = {
     "isoswarm-field": set(),
     "isoswarm-particles": {"isoswarm-field"},
-    "isoswarm-geometry": set(),
+    "isoswarm-geometry": {"isoswarm-field", "isoswarm-particles"},
     "isoswarm-scene": {"isoswarm-field", "isoswarm-particles", "isoswarm-geometry"},
     "isoswarm": {"isoswarm-field", "isoswarm-particles", "isoswarm-geometry", "isoswarm-scene"},
     "isoswarm-python": {

@@ -23,6 +23,7 @@ mod tape;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
 pub mod text;
+pub mod vector;
 pub mod vm;
 pub use dual::Dual;
 pub use error::FieldError;

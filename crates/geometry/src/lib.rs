@@ -1,6 +1,6 @@
-//! What comes off a swarm: plain points, normals, areas in; files and pictures out.
+//! isoswarm-geometry: what comes off a swarm: triangles, measures, pictures, files.
 //!
-//! Everything takes a [`PointCloud`], a bundle of borrowed columns, and knows nothing of fields or particles.
+//! Points are taken as a [`PointCloud`], a bundle of borrowed columns; triangles as a [`Mesh`].
 //!
 //! ```
 //! use isoswarm_geometry::{PictureOptions, PointCloud, Style, render};
@@ -18,11 +18,13 @@
 
 mod error;
 mod files;
+mod mesh;
 mod picture;
 mod points;
 
 pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
+pub use mesh::{Fault, Mesh, Topology};
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
     render_until,

@@ -26,7 +26,8 @@ mod seeding;
 mod sizing;
 mod stars;
 mod swarm;
-mod vector;
+
+use isoswarm_field::vector;
 
 pub use constraint::floater_velocity;
 pub use error::Error;

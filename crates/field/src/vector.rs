@@ -1,51 +1,59 @@
 //! Three-vectors as plain arrays.
 
-pub(crate) type V3 = [f64; 3];
+/// A point or vector in space.
+pub type V3 = [f64; 3];
 
+/// a · b
 #[inline(always)]
-pub(crate) fn dot(a: V3, b: V3) -> f64 {
+pub fn dot(a: V3, b: V3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// a + b
 #[inline(always)]
-pub(crate) fn add(a: V3, b: V3) -> V3 {
+pub fn add(a: V3, b: V3) -> V3 {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
+/// a - b
 #[inline(always)]
-pub(crate) fn sub(a: V3, b: V3) -> V3 {
+pub fn sub(a: V3, b: V3) -> V3 {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
+/// k a
 #[inline(always)]
-pub(crate) fn scale(a: V3, k: f64) -> V3 {
+pub fn scale(a: V3, k: f64) -> V3 {
     [a[0] * k, a[1] * k, a[2] * k]
 }
 
 /// a + k b
 #[inline(always)]
-pub(crate) fn along(a: V3, k: f64, b: V3) -> V3 {
+pub fn along(a: V3, k: f64, b: V3) -> V3 {
     [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]]
 }
 
+/// a × b
 #[inline(always)]
-pub(crate) fn cross(a: V3, b: V3) -> V3 {
+pub fn cross(a: V3, b: V3) -> V3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// |a|
 #[inline(always)]
-pub(crate) fn norm(a: V3) -> f64 {
+pub fn norm(a: V3) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// |a - b|
 #[inline(always)]
-pub(crate) fn distance(a: V3, b: V3) -> f64 {
+pub fn distance(a: V3, b: V3) -> f64 {
     norm(sub(a, b))
 }
 
 /// a / |a|; zero where a is zero or not finite.
 #[inline(always)]
-pub(crate) fn unit(a: V3) -> V3 {
+pub fn unit(a: V3) -> V3 {
     let square = dot(a, a);
     if square > 1e-200 && square < 1e200 {
         return scale(a, 1.0 / square.sqrt());
@@ -60,7 +68,7 @@ pub(crate) fn unit(a: V3) -> V3 {
 }
 
 /// Two unit vectors that complete the unit vector `n` to an orthonormal, right-handed frame.
-pub(crate) fn frame(n: V3) -> (V3, V3) {
+pub fn frame(n: V3) -> (V3, V3) {
     let least = if n[0].abs() <= n[1].abs() && n[0].abs() <= n[2].abs() {
         [1.0, 0.0, 0.0]
     } else if n[1].abs() <= n[2].abs() {
@@ -74,6 +82,6 @@ pub(crate) fn frame(n: V3) -> (V3, V3) {
 
 /// `a` without its part along the unit vector `n`.
 #[inline(always)]
-pub(crate) fn tangential(a: V3, n: V3) -> V3 {
+pub fn tangential(a: V3, n: V3) -> V3 {
     along(a, -dot(a, n), n)
 }

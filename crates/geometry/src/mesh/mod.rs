@@ -1,0 +1,62 @@
+//! Triangles over the swarm: floaters are the vertices.
+
+mod topology;
+
+pub use topology::{Fault, Topology};
+
+use isoswarm_field::vector::{V3, cross, scale, sub};
+
+/// Triangles over points, counter-clockwise seen from outside. Columns other than `points` and `faces` are empty or hold
+/// a row for each point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertices, (n, 3), model units.
+    pub points: Vec<[f64; 3]>,
+    /// Outward unit normals of the surface at the vertices, (n, 3); zero where it has none.
+    pub normals: Vec<[f64; 3]>,
+    /// Principal curvatures at the vertices, (n, 2), 1 / model units; NaN where the surface has none.
+    pub curvatures: Vec<[f64; 2]>,
+    /// Stable identities of the vertices, (n,): a vertex can be followed while the surface moves.
+    pub ids: Vec<u64>,
+    /// Numbers of the vertices of each triangle, (f, 3).
+    pub faces: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A mesh of bare points and triangles.
+    pub fn new(points: Vec<[f64; 3]>, faces: Vec<[u32; 3]>) -> Self {
+        Self { points, faces, ..Self::default() }
+    }
+
+    /// The corners of triangle `f`.
+    pub fn corners(&self, f: usize) -> [V3; 3] {
+        self.faces[f].map(|v| self.points[v as usize])
+    }
+
+    /// Normal of triangle `f` with twice its area as length.
+    pub fn face_vector(&self, f: usize) -> V3 {
+        let [a, b, c] = self.corners(f);
+        cross(sub(b, a), sub(c, a))
+    }
+
+    /// Area of all triangles.
+    pub fn area(&self) -> f64 {
+        (0..self.faces.len()).map(|f| 0.5 * isoswarm_field::vector::norm(self.face_vector(f))).sum()
+    }
+
+    /// Volume that the triangles enclose, by Gauss; it says nothing for a mesh with a boundary.
+    pub fn volume(&self) -> f64 {
+        // From a vertex, not from the origin, which may be far away.
+        let Some(&o) = self.points.first() else { return 0.0 };
+        let one = |f| {
+            let a = sub(self.corners(f)[0], o);
+            isoswarm_field::vector::dot(a, scale(self.face_vector(f), 1.0 / 6.0))
+        };
+        (0..self.faces.len()).map(one).sum()
+    }
+
+    /// Counts and faults: see [`Topology`].
+    pub fn topology(&self) -> Topology {
+        Topology::of(self.points.len(), &self.faces)
+    }
+}
