@@ -21,12 +21,12 @@ fn main() {
         let samples = match sample(&f, &bounds, Options { amount: Amount::Count(m), ..Default::default() }) { Ok(s) => s, Err(e) => { println!("{name}: {e}"); continue } };
         let ts = t.elapsed().as_secs_f64();
         let t = std::time::Instant::now();
-        let r = mesh_samples(&f, &bounds, &samples, std::env::var("ROUNDS").ok().and_then(|s| s.parse().ok()).unwrap_or(10)).unwrap();
+        let r = mesh(&f, &bounds, MeshOptions { resolution: Resolution::Count(m), ..Default::default() }).unwrap();
         let tm = t.elapsed().as_secs_f64();
         let q = r.report.quality;
         let top = &r.report.topology;
         println!("{name:20} n {} sample {ts:.2}s mesh {tm:.2}s chi {}/{} comp {}/{} closed {} manifold {} bnd {} faults {} filled {} Q {:.4} min {:.3} ang {:.1} <30 {:.5} val {:?} six {:.3} holes? {:?}",
-            r.mesh.points.len(), top.total_euler(), s["euler"], top.components(), s["components"], top.is_closed(), top.is_manifold(), top.boundaries, top.faults.len(), r.report.filled, q.q_avg, q.q_min, q.smallest_angle, q.below_30, q.valence, q.six_valent, r.report.warnings);
+            r.mesh.points.len(), top.total_euler(), s["euler"], top.components(), s["components"], top.is_closed(), top.is_manifold(), top.boundaries, top.faults.len(), r.report.filled, q.q_avg, q.q_min, q.smallest_angle, q.below_30, q.valence, q.six_valent, r.report.warnings); println!("    inserted {} removed {} flips {} maxd {:.2e} inter {} doubtful {}", r.report.inserted, r.report.removed, r.report.flips, r.report.max_distance, r.report.self_intersections.len(), r.report.doubtful.len());
         let mut kinds = std::collections::BTreeMap::new();
         for f in &top.faults { *kinds.entry(format!("{f:?}").split(' ').next().unwrap().to_string()).or_insert(0) += 1; }
         if !kinds.is_empty() { println!("    {kinds:?}"); }
