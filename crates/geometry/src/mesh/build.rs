@@ -8,7 +8,7 @@ use super::connect::Triangles;
 use super::repair::{open_places, stitch_whole};
 use super::report::MeshReport;
 use super::vertices::{Vertices, pull};
-use super::{Mesh, circumsphere, corners, error, sizes, smooth, valence};
+use super::{Mesh, border, circumsphere, corners, error, sizes, smooth, valence};
 
 /// How fine a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,9 +125,10 @@ pub fn mesh_samples(
         return Ok(finish(surface, samples, options, vertices, faces, report)?);
     }
     let (came, went) = corners::place(surface, bounds, &mut vertices)?;
+    let (more, fewer) = border::clear(surface, bounds, &mut vertices)?;
     let repaired = stitch_whole(surface, bounds, &mut vertices)?;
-    report.inserted = came + repaired.inserted;
-    report.removed = went;
+    report.inserted = came + more + repaired.inserted;
+    report.removed = went + fewer;
     report.filled = repaired.filled;
     let mut triangles = repaired.triangles;
     let mut held = vec![false; vertices.len()];
