@@ -13,8 +13,8 @@ enum Form {
     Linear(Linear),
     /// level + Σ_axis weight (x_axis − centre)²
     Quadratic(Quadratic),
-    /// offset + Σ bumps
-    Sum(f64, Vec<Bump>),
+    /// offset + Σ bumps, each with the number of its exponential
+    Sum(f64, Vec<(Bump, u32)>),
     /// Anything else, and sums that have been used already.
     #[default]
     Other,
@@ -101,7 +101,7 @@ pub(super) fn recognise(tape: &Tape, uniforms: &[f64]) -> Option<Sum> {
                 match (op, &a) {
                     (Op::Square, _) => square(&a),
                     (Op::Neg, _) => scale(a, -1.0),
-                    (Op::Exp, _) => exponential(&a),
+                    (Op::Exp, _) => exponential(&a, forms.len() as u32),
                     (Op::Add, _) => add(a, b),
                     (Op::Sub, _) => add(a, scale(b, -1.0)),
                     (Op::SquaredDifference, _) => square(&add(a, scale(b, -1.0))),
@@ -134,11 +134,11 @@ fn square(a: &Form) -> Form {
     l.times(*l).map_or(Form::Other, Form::Quadratic)
 }
 
-fn exponential(a: &Form) -> Form {
+fn exponential(a: &Form, number: u32) -> Form {
     match a {
         Form::Quadratic(q) if q.weight.iter().all(|w| *w < 0.0 && w.is_finite()) && q.level.is_finite() => {
             let bump = Bump { factor: 1.0, level: q.level, weight: q.weight.map(|w| -w), center: q.center };
-            Form::Sum(0.0, vec![bump])
+            Form::Sum(0.0, vec![(bump, number)])
         }
         _ => Form::Other,
     }
@@ -175,7 +175,7 @@ fn map(a: Form, f: impl Fn(f64) -> f64) -> Form {
         Form::Linear(l) => Form::Linear(Linear { scale: f(l.scale), ..l }),
         Form::Quadratic(q) => Form::Quadratic(Quadratic { level: f(q.level), weight: q.weight.map(&f), ..q }),
         Form::Sum(o, mut bumps) => {
-            bumps.iter_mut().for_each(|b| b.factor = f(b.factor));
+            bumps.iter_mut().for_each(|(b, _)| b.factor = f(b.factor));
             Form::Sum(f(o), bumps)
         }
         _ => Form::Other,

@@ -1,6 +1,6 @@
 //! One step of the control points, in the order of WH94 section 5.
 
-use isoswarm_field::{FieldError, Parametric};
+use isoswarm_field::{FieldError, Parametric, SparseRows};
 
 use super::pin::Pin;
 use super::solve::{Change, Rows, System, Wanted, constrained};
@@ -110,7 +110,7 @@ fn attempt(
     let none = vec![0.0; m];
     let desired = if desired.is_empty() { &none } else { desired };
     let places: Vec<V3> = pins.iter().map(|p| p.at).collect();
-    let rows = differentiate(surface, &places, m)?;
+    let rows = differentiate(surface, &places)?;
     let least = negligible(&rows.gradient);
     let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
     let limits = surface.limits();
@@ -216,13 +216,15 @@ fn distance_of(value: f64, gradient: V3, least: f64) -> f64 {
     if size > least { value.abs() / size } else { f64::INFINITY }
 }
 
-fn differentiate(surface: &dyn Parametric, points: &[V3], m: usize) -> Result<Rows, FieldError> {
+fn differentiate(surface: &dyn Parametric, points: &[V3]) -> Result<Rows, FieldError> {
     let n = points.len();
-    let mut rows = Rows { value: vec![0.0; n], gradient: vec![[0.0; 3]; n], q_gradient: vec![0.0; n * m] };
-    if n > 0 {
-        surface.parameter_gradient(points, &mut rows.value, &mut rows.gradient, &mut rows.q_gradient)?;
-    }
-    Ok(rows)
+    let (mut value, mut gradient) = (vec![0.0; n], vec![[0.0; 3]; n]);
+    let q_gradient = if n > 0 {
+        surface.sparse_parameter_gradient(points, &mut value, &mut gradient)?
+    } else {
+        SparseRows::new(surface.freedom())
+    };
+    Ok(Rows { value, gradient, q_gradient })
 }
 
 /// A change that is tried.
