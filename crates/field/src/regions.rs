@@ -161,8 +161,11 @@ impl Cut<'_> {
                 let tape = node.tape.pruned(spans, lane, scratch);
                 // Only leaves are evaluated.
                 let last = self.is_last(part.len());
-                let program =
-                    if last && !self.tapes { Program::new(&tape, Purpose::Inputs) } else { Program::default() };
+                let program = if last && !self.tapes {
+                    Program::new(&tape, Purpose::Inputs)
+                } else {
+                    Program::default()
+                };
                 let (start, end) = (part.start, part.end);
                 (Leaf { start, end, bounds: boxes[lane], program, operations: tape.len(), tape: None }, tape)
             };

@@ -32,7 +32,7 @@ fn random_trees() {
         }
         Ok(())
     });
-    assert!(count > 50_000, "compared only {count} numbers");
+    assert!(count > 20_000, "compared only {count} numbers");
 }
 
 #[test]
@@ -94,15 +94,20 @@ fn large_local_models_have_short_rows() {
     let points = scattered(100, 8.0, 39);
     let union = field(&spheres.join(" | "));
     let bumps = field(&format!("blobs(0.5, {})", balls(300, 8.0)));
-    for (f, most) in [(&union, 0.1), (&bumps, 0.2)] {
+    for (what, f, most) in [("union", &union, 0.1), ("bumps", &bumps, 0.2)] {
         let (v, g, rows) = rows(f, &points);
         let m = f.q().len();
         let part = rows.entries() as f64 / (m * points.len()) as f64;
-        assert!(part < most, "{part} of the entries");
+        assert!(part < most, "{what}: {part} of the entries");
         let (mut w, mut h) = (vec![0.0; 100], vec![[0.0; 3]; 100]);
         Surface::value_gradient(f, &points, &mut w, &mut h).unwrap();
-        assert_eq!(v, w);
-        assert!(g.iter().flatten().zip(h.iter().flatten()).all(|(a, b)| (a - b).abs() <= 1e-13 * b.abs().max(1.0)));
+        assert_eq!(v, w, "{what}");
+        assert!(
+            g.iter()
+                .flatten()
+                .zip(h.iter().flatten())
+                .all(|(a, b)| (a - b).abs() <= 1e-13 * b.abs().max(1.0))
+        );
         // The columns of a row are all there are, each once.
         for i in 0..rows.len() {
             let mut columns = rows.row(i).0.to_vec();

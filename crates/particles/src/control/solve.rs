@@ -130,11 +130,8 @@ impl System {
         let square = |row: &Vec<Entry>| {
             row.iter().filter(|e| place[e.column as usize] != NONE).map(|e| e.value * e.value).sum::<f64>()
         };
-        let damping = if damping > 0.0 {
-            damping * entries.iter().map(square).fold(0.0, f64::max).sqrt()
-        } else {
-            0.0
-        };
+        let damping =
+            if damping > 0.0 { damping * entries.iter().map(square).fold(0.0, f64::max).sqrt() } else { 0.0 };
         let mut extra = Vec::new();
         for (i, pin) in pins.iter().enumerate() {
             let softness = pin.softness.max(damping);
