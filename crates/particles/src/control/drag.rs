@@ -3,7 +3,7 @@
 use isoswarm_field::{FieldError, Parametric, SparseRows};
 
 use super::pin::Pin;
-use super::solve::{Change, Rows, System, Wanted, constrained};
+use super::solve::{Change, Known, Rows, System, Wanted, constrained};
 use crate::Error;
 use crate::vector::{V3, along, dot, norm, scale, sub};
 
@@ -121,6 +121,7 @@ fn attempt(
     };
     let exact = (0..n).filter(|&i| pins[i].softness == 0.0).map(squared);
     let unmet: f64 = exact.filter(|v| v.is_finite()).sum();
+    let known = Known::default();
     for (retries, (part, damping)) in TRIALS.into_iter().enumerate() {
         let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
         let wanted: Vec<f64> = desired.iter().map(|v| v * part).collect();
@@ -135,6 +136,7 @@ fn attempt(
                 least,
                 tolerance: RANK_TOLERANCE,
                 damping,
+                known: &known,
             })
         };
         // Where F should be afterwards.

@@ -48,70 +48,113 @@ struct Piece {
     values: Vec<f64>,
 }
 
-impl Fold {
-    /// H, and L row-major with one column for each of [`Fold::width`].
-    pub(super) fn new(rows: &Entries, width: usize) -> (Self, Vec<f64>) {
+/// What fronts are made of.
+struct Folder {
+    columns: Columns,
+    /// The rows by turns, and the turn of each row.
+    order: Vec<usize>,
+    turn: Vec<usize>,
+    /// Columns that wait for a turn: those of the matrix whose first row it is, and what is left of fronts.
+    fresh: Vec<Vec<u32>>,
+    waiting: Vec<Vec<Piece>>,
+    /// The rows of each front so far, by turns.
+    supports: Vec<Vec<usize>>,
+    /// Place of a row in the present front.
+    place: Vec<usize>,
+}
+
+/// Not in the front.
+const ABSENT: usize = usize::MAX;
+
+impl Folder {
+    fn new(rows: &Entries, width: usize) -> Self {
         let n = rows.len();
         let columns = Columns::new(rows, width);
         let order = least_degree(&columns, n);
         let mut turn = vec![0; n];
         order.iter().enumerate().for_each(|(k, &i)| turn[i] = k);
-        // Columns wait for the first of their rows.
         let mut fresh: Vec<Vec<u32>> = vec![Vec::new(); n];
         for c in 0..width {
             if let Some(first) = columns.of(c).iter().map(|e| turn[e.0 as usize]).min() {
                 fresh[first].push(c as u32);
             }
         }
-        let mut waiting: Vec<Vec<Piece>> = (0..n).map(|_| Vec::new()).collect();
-        let mut supports: Vec<Vec<usize>> = Vec::new();
-        let mut place = vec![usize::MAX; n];
+        let waiting = (0..n).map(|_| Vec::new()).collect();
+        Self { columns, order, turn, fresh, waiting, supports: Vec::new(), place: vec![ABSENT; n] }
+    }
+
+    /// The columns that have waited for this turn.
+    fn arrived(&mut self, k: usize) -> (Vec<u32>, Vec<Piece>) {
+        (std::mem::take(&mut self.fresh[k]), std::mem::take(&mut self.waiting[k]))
+    }
+
+    /// The rows in which they have entries, by turns.
+    fn support(&mut self, fresh: &[u32], waiting: &[Piece]) -> Vec<usize> {
+        let Self { columns, turn, supports, place, .. } = self;
+        let of_fresh = fresh.iter().flat_map(|&c| columns.of(c as usize)).map(|e| turn[e.0 as usize]);
+        let of_waiting = waiting.iter().flat_map(|p| supports[p.front][p.skip..].iter().copied());
+        let mut support: Vec<usize> = Vec::new();
+        for t in of_fresh.chain(of_waiting) {
+            if std::mem::replace(&mut place[t], 0) == ABSENT {
+                support.push(t);
+            }
+        }
+        support.sort_unstable();
+        support.iter().enumerate().for_each(|(r, &t)| place[t] = r);
+        support
+    }
+
+    /// The front as a dense matrix of the support's rows.
+    fn assemble(&mut self, fresh: &[u32], waiting: &[Piece], support: &[usize]) -> Vec<f64> {
+        let Self { columns, turn, supports, place, .. } = self;
+        let w = fresh.len() + waiting.len();
+        let mut a = vec![0.0; support.len() * w];
+        for (j, &c) in fresh.iter().enumerate() {
+            columns.of(c as usize).iter().for_each(|e| a[place[turn[e.0 as usize]] * w + j] = e.1);
+        }
+        for (j, p) in waiting.iter().enumerate() {
+            let rows = &supports[p.front][p.skip..];
+            rows.iter().zip(&p.values).for_each(|(&t, v)| a[place[t] * w + fresh.len() + j] = *v);
+        }
+        support.iter().for_each(|&t| place[t] = ABSENT);
+        a
+    }
+}
+
+impl Fold {
+    /// H, and L row-major with one column for each of [`Fold::width`].
+    pub(super) fn new(rows: &Entries, width: usize) -> (Self, Vec<f64>) {
+        let mut folder = Folder::new(rows, width);
         let mut fold = Fold { fronts: Vec::new(), kept: Vec::new(), width };
-        let mut last: Vec<(usize, Vec<f64>)> = Vec::new();
-        for k in 0..n {
-            let (new, old) = (&fresh[k], std::mem::take(&mut waiting[k]));
-            if new.is_empty() && old.is_empty() {
+        // The entries of the columns that are kept, by the turns of their rows.
+        let mut last: Vec<Vec<f64>> = Vec::new();
+        for k in 0..rows.len() {
+            let (fresh, waiting) = folder.arrived(k);
+            if fresh.is_empty() && waiting.is_empty() {
                 continue;
             }
-            // The rows of the front, by turn.
-            let mut support: Vec<usize> = Vec::new();
-            let mut meet = |t: usize| {
-                if place[t] == usize::MAX {
-                    place[t] = 0;
-                    support.push(t);
-                }
-            };
-            new.iter().for_each(|&c| columns.of(c as usize).iter().for_each(|e| meet(turn[e.0 as usize])));
-            old.iter().for_each(|p| supports[p.front][p.skip..].iter().for_each(|&t| meet(t)));
-            support.sort_unstable();
-            support.iter().enumerate().for_each(|(r, &t)| place[t] = r);
-            let (s, w) = (support.len(), new.len() + old.len());
-            let mut a = vec![0.0; s * w];
-            for (j, &c) in new.iter().enumerate() {
-                columns.of(c as usize).iter().for_each(|e| a[place[turn[e.0 as usize]] * w + j] = e.1);
-            }
-            for (j, p) in old.iter().enumerate() {
-                let rows = &supports[p.front][p.skip..];
-                rows.iter().zip(&p.values).for_each(|(&t, v)| a[place[t] * w + new.len() + j] = *v);
-            }
-            support.iter().for_each(|&t| place[t] = usize::MAX);
-            let columns: Vec<u32> = new.iter().copied().chain(old.iter().map(|p| p.column)).collect();
+            let support = folder.support(&fresh, &waiting);
+            let a = folder.assemble(&fresh, &waiting, &support);
+            let columns: Vec<u32> = fresh.iter().copied().chain(waiting.iter().map(|p| p.column)).collect();
+            let (s, w) = (support.len(), columns.len());
             let (vectors, beta, l) = triangular(a, s, w);
-            for c in 1..beta.len() {
-                let values: Vec<f64> = (c..s).map(|r| l[r * beta.len() + c]).collect();
-                let piece = Piece { column: columns[c], front: supports.len(), skip: c, values };
-                waiting[support[c]].push(piece);
+            let count = beta.len();
+            let below = |c: usize| (c..s).map(|r| l[r * count + c]).collect();
+            for c in 1..count {
+                let piece =
+                    Piece { column: columns[c], front: folder.supports.len(), skip: c, values: below(c) };
+                folder.waiting[support[c]].push(piece);
             }
+            last.push(below(0));
             fold.kept.push(columns[0]);
-            last.push((supports.len(), (0..s).map(|r| l[r * beta.len()]).collect()));
-            supports.push(support);
             fold.fronts.push(Front { columns, vectors, beta });
+            folder.supports.push(support);
         }
         let count = fold.kept.len();
-        let mut out = vec![0.0; n * count];
-        for (c, (front, values)) in last.iter().enumerate() {
-            for (&t, v) in supports[*front].iter().zip(values) {
-                out[order[t] * count + c] = *v;
+        let mut out = vec![0.0; rows.len() * count];
+        for (c, (support, values)) in folder.supports.iter().zip(&last).enumerate() {
+            for (&t, v) in support.iter().zip(values) {
+                out[folder.order[t] * count + c] = *v;
             }
         }
         (fold, out)

@@ -6,6 +6,9 @@
 //! soft pin adds a column that lets it be missed at a cost. Columns that are nothing in every row are left out; where rows have
 //! entries in few of the others, these are folded into few first.
 
+use std::cell::RefCell;
+use std::rc::Rc;
+
 use isoswarm_field::SparseRows;
 
 use super::factor::Factors;
@@ -98,6 +101,26 @@ pub(crate) struct Change {
     pub(crate) residual: Vec<f64>,
 }
 
+/// The factors of a matrix given by the entries of its rows, folded or not.
+fn factored(
+    matrix: &fold::Entries,
+    width: usize,
+    folds: bool,
+    precedence: &[u8],
+    tolerance: f64,
+) -> (Option<Fold>, Factors) {
+    if folds {
+        let (fold, l) = Fold::new(matrix, width);
+        let factors = Factors::new(l, fold.width(), precedence, tolerance);
+        return (Some(fold), factors);
+    }
+    let mut a = vec![0.0; matrix.len() * width];
+    for (row, entries) in a.chunks_exact_mut(width.max(1)).zip(matrix) {
+        entries.iter().for_each(|&(k, v)| row[k as usize] = v);
+    }
+    (None, Factors::new(a, width, precedence, tolerance))
+}
+
 impl System {
     /// Factors the rows of `pins`. `metric[j]` is the cost of a unit change of q_j; parameters with no cost have no
     /// effect anywhere and, like those that are `held`, get no column. Gradients up to `least` count as zero. Rows may be missed
@@ -151,27 +174,16 @@ impl System {
             matrix = entries.iter().map(|row| list(row, true)).collect();
         }
         for (k, e) in extra.iter().enumerate() {
-            let k = (kept.len() + k) as u32;
-            match *e {
-                Extra::Slack { row, softness } if scale[row] > 0.0 => matrix[row].push((k, softness)),
-                Extra::Way { row, direction } if scale[row] > 0.0 => {
-                    matrix[row].push((k, scale[row] * dot(rows.gradient[row], direction)));
-                }
-                _ => {}
+            let (row, value) = match *e {
+                Extra::Slack { row, softness } => (row, softness),
+                Extra::Way { row, direction } => (row, scale[row] * dot(rows.gradient[row], direction)),
+            };
+            if scale[row] > 0.0 {
+                matrix[row].push(((kept.len() + k) as u32, value));
             }
         }
         let precedence: Vec<u8> = pins.iter().map(Pin::precedence).collect();
-        let (fold, factors) = if folds {
-            let (fold, l) = Fold::new(&matrix, width);
-            let factors = Factors::new(l, fold.width(), &precedence, tolerance);
-            (Some(fold), factors)
-        } else {
-            let mut a = vec![0.0; n * width];
-            for (row, entries) in a.chunks_exact_mut(width.max(1)).zip(&matrix) {
-                entries.iter().for_each(|&(k, v)| row[k as usize] = v);
-            }
-            (None, Factors::new(a, width, &precedence, tolerance))
-        };
+        let (fold, factors) = factored(&matrix, width, folds, &precedence, tolerance);
         let weight = pins.iter().map(|p| p.weight).collect();
         Self { kept, unit, extra, scale, weight, fold, factors, count: n, freedom: m }
     }
@@ -217,7 +229,7 @@ impl System {
 
 /// A change within the limits of the parameters: see [`constrained`].
 pub(crate) struct Within {
-    pub(crate) system: System,
+    pub(crate) system: Rc<System>,
     pub(crate) change: Change,
     /// Parameters that are at a limit and wanted to go beyond.
     pub(crate) at_limit: Vec<usize>,
@@ -238,17 +250,38 @@ pub(crate) struct Wanted<'a> {
     pub(crate) tolerance: f64,
     /// See [`System::new`].
     pub(crate) damping: f64,
+    /// Factors of these rows that were made before.
+    pub(crate) known: &'a Known,
+}
+
+/// The last system in which no parameter was held, and its damping: what is tried differs in the changes that are asked for.
+#[derive(Default)]
+pub(crate) struct Known(RefCell<Option<(f64, Rc<System>)>>);
+
+impl Known {
+    fn get(&self, damping: f64, make: impl FnOnce() -> Rc<System>) -> Rc<System> {
+        let mut last = self.0.borrow_mut();
+        match &*last {
+            Some((at, system)) if *at == damping => system.clone(),
+            _ => {
+                let system = make();
+                *last = Some((damping, system.clone()));
+                system
+            }
+        }
+    }
 }
 
 /// The change nearest to the desired one that meets the pins within the limits: parameters that would leave are set to their
 /// limits, and the others make up for them.
 pub(crate) fn constrained(wanted: &Wanted<'_>) -> Within {
-    let Wanted { rows, pins, metric, room, desired, change, least, tolerance, damping } = *wanted;
+    let Wanted { rows, pins, metric, room, desired, change, least, tolerance, damping, known } = *wanted;
     let m = metric.len();
     let mut base: Vec<f64> = (0..m).map(|j| desired[j].clamp(room[j].0, room[j].1)).collect();
     let mut held = vec![false; m];
     for round in 0.. {
-        let system = System::new(rows, pins, metric, &held, least, (tolerance, damping));
+        let make = || Rc::new(System::new(rows, pins, metric, &held, least, (tolerance, damping)));
+        let system = if round == 0 { known.get(damping, make) } else { make() };
         let rest: Vec<f64> = (0..pins.len())
             .map(|i| {
                 let effect = |(j, v): (usize, f64)| if base[j] == 0.0 { 0.0 } else { v * base[j] };
