@@ -15,9 +15,6 @@ use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
 /// Repulsion ends at this many σ: at 3 it stalls, beyond 4 it costs more than it brings.
 const CUTOFF: f64 = 4.0;
-/// Lists are drawn this many σ wider and serve until too many floaters have gone that far. Two that approach each other from
-/// outside may meet at 4 - .8 σ unseen by then; a force of a hundredth of that between neighbours.
-const SKIN: f64 = 0.8;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
@@ -43,6 +40,23 @@ pub(crate) struct Moved {
     away: f64,
 }
 
+/// How a swarm is being spread.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    /// Radius of repulsion of a floater of size 1 (length).
+    pub(crate) sigma: f64,
+    /// Displacement per force.
+    pub(crate) gain: f64,
+    /// Part of the last displacement that is kept: the heavy ball.
+    pub(crate) momentum: f64,
+    /// Lists of neighbours are drawn this many σ wider than repulsion reaches and serve until too many floaters have gone
+    /// that far. Two that approach each other from outside may meet at 4 - .8 σ unseen by then (with a skin of .8); a force
+    /// of a hundredth of that between neighbours.
+    pub(crate) skin: f64,
+    /// Part of the floaters that may go farther than the lists allow for before they are drawn anew.
+    pub(crate) stray: f64,
+}
+
 /// A swarm that is being spread over a surface.
 pub(crate) struct Relaxation<'s> {
     surface: &'s dyn Surface,
@@ -50,19 +64,15 @@ pub(crate) struct Relaxation<'s> {
     walls: Walls,
     /// Gradients up to this length count as zero.
     least: f64,
-    /// Radius of repulsion of a floater of size 1.
-    sigma: f64,
-    /// Displacement per force.
-    gain: f64,
-    /// Part of the last displacement that is kept: the heavy ball.
-    momentum: f64,
+    pace: Pace,
     pub(crate) swarm: Swarm,
     pub(crate) evaluations: u64,
     lists: Neighbors,
-    /// Length of the way of each floater since the lists were drawn, in its σ.
+    /// How far a floater of size 1 sees in the lists.
+    sight: f64,
+    /// Length of the way of each floater since the lists were drawn, in its sight.
     way: Vec<f32>,
-    /// Part of the floaters that may go farther than the lists allow for before they are drawn anew, and that have.
-    stray: f64,
+    /// Part of the floaters that have gone farther than the lists allow for.
     away: f64,
     moved_since_narrowing: f64,
     next: Vec<V3>,
@@ -81,14 +91,12 @@ impl<'s> Relaxation<'s> {
             narrowed: None,
             walls,
             least,
-            sigma: 1.0,
-            gain: 0.0,
-            momentum: 0.0,
+            pace: Pace { sigma: 1.0, gain: 0.0, momentum: 0.0, skin: 1.0, stray: 0.0 },
             swarm,
             evaluations: 0,
             lists: Neighbors::default(),
+            sight: 0.0,
             way: Vec::new(),
-            stray: 0.0,
             away: f64::INFINITY,
             moved_since_narrowing: f64::INFINITY,
             next: Vec::new(),
@@ -115,19 +123,28 @@ impl<'s> Relaxation<'s> {
         std::mem::take(&mut self.swarm)
     }
 
-    /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come, and which part of the
-    /// floaters may go farther than the lists of neighbours allow for.
-    pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64, stray: f64) {
-        (self.sigma, self.gain, self.momentum, self.stray) = (sigma, gain, momentum, stray);
-        self.away = f64::INFINITY;
+    /// Changes the pace of the steps to come. Lists of neighbours that reach far enough go on to serve.
+    pub(crate) fn tune(&mut self, pace: Pace) {
+        self.pace = pace;
+        if self.away.is_finite() {
+            let room = self.room();
+            let away = self.way.iter().filter(|w| **w > room).count();
+            self.away = if room > 0.0 { away as f64 / self.way.len().max(1) as f64 } else { f64::INFINITY };
+        }
+    }
+
+    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight.
+    fn room(&self) -> f32 {
+        (1.0 - CUTOFF * self.pace.sigma / self.sight) as f32
     }
 
     /// Draws the lists of neighbours anew where motion demands it.
     fn look_around(&mut self) {
-        if self.away > self.stray {
+        if self.away > self.pace.stray {
             // First give back the memory of the old ones.
             self.lists = Neighbors::default();
-            self.lists = self.swarm.surroundings((CUTOFF + SKIN) * self.sigma);
+            self.sight = (CUTOFF + self.pace.skin) * self.pace.sigma;
+            self.lists = self.swarm.surroundings(self.sight);
             self.way.clear();
             self.way.resize(self.swarm.len(), 0.0);
             self.away = 0.0;
@@ -143,8 +160,9 @@ impl<'s> Relaxation<'s> {
         self.look_around();
         self.next.resize(n, [0.0; 3]);
         self.displace();
-        if self.moved_since_narrowing > NARROW * self.sigma {
-            self.narrowed = self.surface.narrowed(&self.swarm.points, (NARROW + LONGEST) * self.sigma)?;
+        let sigma = self.pace.sigma;
+        if self.moved_since_narrowing > NARROW * sigma {
+            self.narrowed = self.surface.narrowed(&self.swarm.points, (NARROW + LONGEST) * sigma)?;
             self.moved_since_narrowing = 0.0;
         }
         let surface = self.narrowed.as_deref().unwrap_or(self.surface);
@@ -161,10 +179,10 @@ impl<'s> Relaxation<'s> {
 
     /// Forces from the present positions; displaced positions into `next`.
     fn displace(&mut self) {
-        let Self { walls, sigma, swarm, lists, next, gain, momentum, .. } = self;
-        let (gain, momentum) = (*gain, *momentum);
+        let Self { walls, pace, swarm, lists, next, .. } = self;
+        let Pace { sigma, gain, momentum, .. } = *pace;
         let Swarm { points, normals, velocity, size, .. } = swarm;
-        let (points, normals, size, sigma) = (&points[..], &normals[..], &size[..], *sigma);
+        let (points, normals, size) = (&points[..], &normals[..], &size[..]);
         let arch = Arch::new();
         next.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK)).enumerate().for_each(
             |(c, (next, velocity))| {
@@ -187,8 +205,9 @@ impl<'s> Relaxation<'s> {
 
     /// Newton-corrects `next`, takes the new normals and measures the motion.
     fn settle(&mut self) -> Moved {
-        let Self { walls, least, sigma, swarm, next, value, gradient, way, .. } = self;
-        let (walls, least, sigma) = (*walls, *least, *sigma);
+        let room = self.room();
+        let Self { walls, least, pace, sight, swarm, next, value, gradient, way, .. } = self;
+        let (walls, least, sigma, part) = (*walls, *least, pace.sigma, pace.sigma / *sight);
         let points = &swarm.points[..];
         let size = &swarm.size[..];
         let parts: Vec<(f64, f64, usize, Vec<(u32, V3)>)> = next
@@ -223,8 +242,8 @@ impl<'s> Relaxation<'s> {
                     let d = distance(next[k], points[i]);
                     square += (d / own) * (d / own);
                     most = most.max(d);
-                    way[k] += (d / own) as f32;
-                    away += usize::from(way[k] > SKIN as f32);
+                    way[k] += (d / own * part) as f32;
+                    away += usize::from(way[k] > room);
                 }
                 (square, most, away, turned)
             })
@@ -241,15 +260,12 @@ impl<'s> Relaxation<'s> {
 
     /// Further Newton steps for those that turned: behind a crease one step is not enough.
     fn settle_turned(&mut self, moved: &mut Moved) -> Result<(), FieldError> {
-        let own = |i: usize| self.sigma * self.swarm.size.get(i).copied().unwrap_or(1.0);
+        let sigma = self.pace.sigma;
+        let own = |i: usize| sigma * self.swarm.size.get(i).copied().unwrap_or(1.0);
         let mut points: Vec<V3> = self.turned.iter().map(|&i| self.next[i as usize]).collect();
         let mut normals: Vec<V3> = self.turned.iter().map(|&i| self.swarm.normals[i as usize]).collect();
-        let target = Target {
-            tolerance: 1e-3 * self.sigma,
-            longest: LONGEST * self.sigma,
-            least: self.least,
-            rounds: 4,
-        };
+        let target =
+            Target { tolerance: 1e-3 * sigma, longest: LONGEST * sigma, least: self.least, rounds: 4 };
         let among = Among {
             field: self.narrowed.as_deref().filter(|_| MANY * self.turned.len() > self.next.len()),
             whole: self.surface,

@@ -16,6 +16,9 @@ const SHORT: f64 = 0.05;
 /// Most vertices of a cell; further bisectors are ignored (six are usual).
 const VERTICES: usize = 32;
 
+/// Bits of a neighbour's place in its list; those in places beyond do not bound cells.
+const PLACE: u64 = 0xffff;
+
 /// Tag of an edge that is no bisector.
 const OPEN: u32 = u32::MAX;
 /// Tag of an edge on a face of the bounds.
@@ -171,8 +174,8 @@ pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
 /// Working memory for cells, used for one after the other.
 pub(crate) struct Desk {
     cell: Polygon,
-    /// Square of the distance and number of each neighbour.
-    near: Vec<(f64, u32)>,
+    /// Neighbours by distance: the bits of the square of the distance, the lowest of them replaced by the place in the list.
+    near: Vec<u64>,
     /// Numbers of those whose bisectors cut, and the lengths of the ways to them along the surface.
     lengths: Vec<(u32, f64)>,
 }
@@ -218,9 +221,14 @@ impl Stars<'_> {
     /// Whether the bounds clip the surface around a sample: then it or a neighbour lies on a face. A face that is near
     /// but not reached does not matter.
     fn at_walls(&self, i: usize) -> bool {
-        let walls = self.walls;
-        walls.touches(self.points[i])
-            || self.lists.of(i).iter().any(|&j| walls.touches(self.points[j as usize]))
+        let (walls, p) = (self.walls, self.points[i]);
+        let reach = 2.0 * self.radius;
+        if self.size.is_empty()
+            && (0..walls.axes).all(|a| (p[a] - walls.lo[a]).min(walls.hi[a] - p[a]) > reach)
+        {
+            return false;
+        }
+        walls.touches(p) || self.lists.of(i).iter().any(|&j| walls.touches(self.points[j as usize]))
     }
 
     fn cell_on_surface(&self, i: usize, desk: &mut Desk, mut star: impl FnMut(u32, f64)) -> Cell {
@@ -231,27 +239,31 @@ impl Stars<'_> {
         near.clear();
         let reach = 4.0 * radius * radius;
         let mut least = f64::INFINITY;
-        for &j in self.lists.of(i) {
+        let list = self.lists.of(i);
+        for (k, &j) in list.iter().enumerate() {
             let r = sub(self.points[j as usize], p);
             let square = dot(r, r);
             least = least.min(square);
-            if square > 0.0 && square <= reach {
-                near.push((square, j));
+            if square > 0.0 && square <= reach && k as u64 <= PLACE {
+                // Of numbers above zero the larger one has the larger bits.
+                near.push((square.to_bits() & !PLACE) | k as u64);
             }
         }
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.sort_unstable();
         cell.octagon(radius);
         if self.at_walls(i) {
             self.clip_by_walls(p, u, v, radius, cell);
         }
         lengths.clear();
         let mut farthest = cell.farthest();
-        for &(square, j) in near.iter() {
+        for &key in near.iter() {
+            let j = list[(key & PLACE) as usize];
+            let r = sub(self.points[j as usize], p);
+            let square = dot(r, r);
             // The way along the surface is longer than the chord.
             if 0.25 * square >= farthest.1 {
                 break;
             }
-            let r = sub(self.points[j as usize], p);
             let flat = [dot(r, u), dot(r, v)];
             let (d, length) = (square.sqrt(), (flat[0] * flat[0] + flat[1] * flat[1]).sqrt());
             if length < 1e-3 * d {
