@@ -1,7 +1,7 @@
 //! Evenness, speed and memory of `sample` on a few surfaces, to be read by people:
 //! `cargo run --release -p isoswarm-particles --example measure -- 100000 blobs`
 //! takes the number of samples and a name of a surface (`sixteen`, `protein`, ...), a formula, or `all`; then the seed,
-//! the method, and how often to run (the fastest counts).
+//! the method, how often to run (the fastest counts), and the steps of settling at full resolution.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -86,6 +86,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => Method::Even,
     };
     let runs: usize = args.get(5).map_or(Ok(1), |s| s.parse())?;
+    let steps = args.get(6).map(|s| s.parse()).transpose()?;
     for (name, formula, bounds) in surfaces(which)? {
         let field = Field::new(&text::parse(&formula, &[])?)?;
         let (mut fastest, mut least) = (f64::INFINITY, f64::INFINITY);
@@ -96,7 +97,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 ControlFlow::Continue(())
             };
             let progress: Option<&mut ProgressFn<'_>> = Some(&mut watch);
-            let options = Options { amount: Amount::Count(n), method, seed, progress, ..Options::default() };
+            let options =
+                Options { amount: Amount::Count(n), method, seed, steps, progress, ..Options::default() };
             let s = sample(&field, &bounds, options)?;
             fastest = fastest.min(log.seconds());
             least = least.min(log.processor());

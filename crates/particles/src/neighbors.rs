@@ -264,7 +264,14 @@ impl Candidates {
             hits[count] = index[k];
             count += usize::from(square[k] <= r2);
         }
-        out.extend(hits[..count].iter().filter(|j| **j != own).filter_map(|&j| mark(j).map(|m| j | m)));
+        out.reserve(count);
+        for &j in hits[..count].iter() {
+            if j != own
+                && let Some(m) = mark(j)
+            {
+                out.push(j | m);
+            }
+        }
     }
 }
 

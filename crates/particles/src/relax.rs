@@ -8,13 +8,11 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::constraint::{Target, Walls, evaluate, project_together};
-use crate::kernel::gauss;
 use crate::neighbors::Neighbors;
-use crate::swarm::{Swarm, share};
+use crate::repulsion::{CUTOFF, repulsion};
+use crate::swarm::Swarm;
 use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
-/// Repulsion ends at this many σ: at 3 it stalls, beyond 4 it costs more than it brings.
-const CUTOFF: f64 = 4.0;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
@@ -354,10 +352,6 @@ struct Displace<'a> {
     velocity: &'a mut [V3],
 }
 
-/// Neighbours that are handled side by side. The sums run over as many partial sums, whatever the width of the
-/// machine's vectors, so that they give the same bits everywhere.
-const LANES: usize = 8;
-
 impl pulp::NullaryFnOnce for Displace<'_> {
     type Output = ();
 
@@ -383,67 +377,7 @@ impl pulp::NullaryFnOnce for Displace<'_> {
     }
 }
 
-/// The force of a Gaussian fades below σ, so that pressure (over a crease, against the bounds) could hold floaters on
-/// one spot. So much stronger is it made towards a distance of zero; beyond σ it is the Gaussian's.
-const CORE: f64 = 8.0;
-
 /// How fast the force changes with the place of a floater in a lattice with neighbours at 2.2 σ. Where it changes faster
 /// (in a crowd, or in a crevice, where the neighbours on both sides count) steps are so much shorter: else they would
 /// go too far, and come back, for ever.
 const STIFF: f64 = 1.6;
-
-/// Σ share r^ij exp(-|r^ij|²/2σ²), σ² the mean of the squares of both where sizes differ, and Σ share | |r|²/σ² - 1 | exp(...),
-/// which bounds how fast it changes.
-#[inline(always)]
-fn repulsion(i: usize, points: &[V3], normals: &[V3], near: &[u32], size: &[f64], sigma: f64) -> (V3, f64) {
-    let p = points[i];
-    let equal = -0.5 / (sigma * sigma);
-    let mut fx = [0.0; LANES];
-    let mut fy = [0.0; LANES];
-    let mut fz = [0.0; LANES];
-    let mut stiff = [0.0; LANES];
-    for near in near.chunks(LANES) {
-        let (mut x, mut y, mut z, mut half) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [equal; LANES]);
-        let mut part = [1.0; LANES];
-        // Beyond the cutoff, so that lanes without a neighbour add nothing.
-        x[near.len()..].fill(1e3 * sigma);
-        for (l, &entry) in near.iter().enumerate() {
-            let j = (entry & !Neighbors::MARK) as usize;
-            let q = points[j];
-            x[l] = p[0] - q[0];
-            y[l] = p[1] - q[1];
-            z[l] = p[2] - q[2];
-            if p == q {
-                // On one spot there is no direction; any will do if the other takes the opposite one.
-                let way = if i < j { 1e-3 } else { -1e-3 } * sigma;
-                (x[l], y[l], z[l]) = (way, 0.7 * way, 0.4 * way);
-            }
-            if entry & Neighbors::MARK != 0 {
-                part[l] = share(p, q, normals[i], normals[j]);
-            }
-        }
-        if !size.is_empty() {
-            for (l, &entry) in near.iter().enumerate() {
-                let (a, b) = (size[i], size[(entry & !Neighbors::MARK) as usize]);
-                half[l] = 2.0 * equal / (a * a + b * b);
-            }
-        }
-        for l in 0..LANES {
-            let u = -half[l] * (x[l] * x[l] + y[l] * y[l] + z[l] * z[l]);
-            let w = if u < 0.5 * CUTOFF * CUTOFF { gauss(u.min(0.5 * CUTOFF * CUTOFF)) } else { 0.0 };
-            let t = (1.0 - 2.0 * u).max(0.0);
-            let w = part[l] * (w + CORE * w * (t * t));
-            fx[l] += w * x[l];
-            fy[l] += w * y[l];
-            fz[l] += w * z[l];
-            stiff[l] += w * (2.0 * u - 1.0).abs();
-        }
-    }
-    ([fold(fx), fold(fy), fold(fz)], fold(stiff))
-}
-
-/// The sum of the lanes in a fixed order.
-#[inline(always)]
-fn fold(v: [f64; LANES]) -> f64 {
-    ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
-}

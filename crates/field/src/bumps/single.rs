@@ -1,8 +1,8 @@
 //! A sum of bumps in single precision, for points that are only on their way.
 //!
-//! Neighbouring points are taken together, with coordinates relative to the middle between them and in units of the
-//! reach of a bump, so that single precision does at any place and scale. Exponents are of two, and relative to the
-//! offset, which is what the bumps add up to at the surface.
+//! Coordinates are relative to the middle of all bumps and in units of the reach of a bump, so that single precision does
+//! at any place and scale. Exponents are of two, and relative to the offset, which is what the bumps add up to at the
+//! surface.
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
@@ -12,65 +12,71 @@ use crate::FieldError;
 use crate::math;
 use crate::surface::{Aabb, Surface};
 
-/// What rounding may move the surface, in reaches of a bump: coordinates of up to four have 24 bits; with a margin of
-/// eight.
-const ROUNDING: f64 = 2e-6;
+/// What rounding may move the surface: coordinates have 24 bits; with a margin of eight.
+const ROUNDING: f64 = 1e-6;
 /// Most that a bump of either sign may be, in units of the offset: where bumps of both signs cancel, rounding counts more.
 const CANCELLED: f64 = 16.0;
 /// The same for bumps of one sign, which at the surface are together as much as the offset.
 const OVERFLOW: f64 = 1e9;
 
-/// Points for which bumps are gathered from the grid together, and points that are evaluated side by side.
-const GROUP: usize = 32;
+/// Points whose bumps are gathered together, and points that are evaluated side by side.
+const RUN: usize = 16;
 const LANES: usize = 8;
-/// Extent of the points of a group in reaches of a bump beyond which it is divided. A patch of less than three reaches
-/// has less than six times the bumps that one point has.
-const WIDE: f64 = 3.0;
+/// Extent of the points of a run in reaches of a bump beyond which it is divided. A patch of less than two reaches has less
+/// than four times the bumps that one point has.
+const WIDE: f64 = 2.0;
 
 /// See the module.
 #[derive(Debug)]
 pub(crate) struct Single {
     sum: Sum,
     terms: Vec<Term>,
+    /// Squared distance from the centre beyond which each of the terms is left out.
+    reach: Vec<f32>,
     /// The absolute value of the offset.
     unit: f64,
+    origin: [f64; 3],
     /// One over the unit of length.
     scale: f64,
 }
 
-/// sign · 2^(level − Σ_axis weight (x_axis − centre)²) in the units of [`Single`]; left out where the sum is beyond `reach`.
-#[derive(Clone, Copy, Debug)]
+/// sign · 2^(level − Σ_axis weight (x_axis − centre)²) in the units of [`Single`].
+#[derive(Clone, Copy, Debug, Default)]
 struct Term {
+    center: [f32; 3],
     weight: [f32; 3],
     level: f32,
     sign: f32,
-    reach: f32,
 }
 
 impl Single {
     /// The sum in single precision, or the sum itself where that would move its surface by more than `error` (a length).
     pub(super) fn of(sum: Sum, error: f64) -> Result<Self, Sum> {
-        let unit = sum.offset.abs();
-        let scale = 1.0 / sum.grid.reach;
+        let centers: Vec<[f64; 3]> = sum.bumps.iter().map(|b| b.center).collect();
+        let Some(bounds) = Aabb::around(&centers) else { return Err(sum) };
+        let origin = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
+        let (unit, scale) = (sum.offset.abs(), 1.0 / sum.grid.reach);
         let binary = core::f64::consts::LOG2_E;
-        let mut terms = Vec::with_capacity(sum.bumps.len());
+        let (mut terms, mut reaches) = (Vec::new(), Vec::new());
         let (mut highest, mut cancel) = (f64::NEG_INFINITY, false);
         for (b, reach) in sum.bumps.iter().zip(&sum.reach) {
             let level = b.level + math::ln(b.factor.abs() / unit);
             highest = highest.max(level);
             cancel |= (b.factor < 0.0) == (sum.offset < 0.0);
             terms.push(Term {
+                center: [0, 1, 2].map(|a| ((b.center[a] - origin[a]) * scale) as f32),
                 weight: b.weight.map(|w| (w * binary / (scale * scale)) as f32),
                 level: (level * binary) as f32,
                 sign: b.factor.signum() as f32,
-                reach: (reach * binary) as f32,
             });
+            let least = b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w));
+            reaches.push((reach / least * (scale * scale)) as f32);
         }
         let most = if cancel { CANCELLED } else { OVERFLOW };
-        let finite = |t: &Term| t.weight.iter().chain([&t.level, &t.reach]).all(|v| v.is_finite());
-        let enough = error >= ROUNDING * sum.grid.reach && highest <= math::ln(most);
-        if enough && scale.is_finite() && terms.iter().all(finite) {
-            Ok(Self { sum, terms, unit, scale })
+        let finite = |t: &Term| t.weight.iter().chain([&t.level]).all(|v| v.is_finite());
+        let enough = error >= ROUNDING * (sum.grid.reach + 0.5 * bounds.diagonal());
+        if enough && highest <= math::ln(most) && scale.is_finite() && terms.iter().all(finite) {
+            Ok(Self { sum, terms, reach: reaches, unit, origin, scale })
         } else {
             Err(sum)
         }
@@ -81,40 +87,35 @@ impl Single {
         let arch = Arch::new();
         let mut start = 0;
         while start < points.len() {
-            let mut end = (start + GROUP).min(points.len());
+            let mut end = (start + RUN).min(points.len());
             let bounds = loop {
                 let Some(b) = Aabb::around(&points[start..end]) else { return };
-                if end - start <= LANES || b.diagonal() <= WIDE * self.sum.grid.reach {
+                if end - start <= 1 || b.diagonal() <= WIDE * self.sum.grid.reach {
                     break b;
                 }
-                end = start + (end - start).div_ceil(2);
+                end = start + (end - start) / 2;
             };
             let (points, value, gradient) =
                 (&points[start..end], &mut value[start..end], &mut gradient[start..end]);
+            arch.dispatch(Run { of: self, bounds, points, value, gradient, desk: &mut desk });
             start = end;
-            if bounds.diagonal().is_finite() {
-                arch.dispatch(Group { of: self, bounds, points, value, gradient, desk: &mut desk });
-            } else {
-                self.sum.evaluate(points, value, gradient);
-            }
         }
+    }
+
+    #[inline(always)]
+    fn local(&self, p: [f64; 3]) -> [f32; 3] {
+        [0, 1, 2].map(|a| ((p[a] - self.origin[a]) * self.scale) as f32)
     }
 }
 
-/// The bumps around a group of points: relative centres and what the choice among them needs, as columns; and all that
-/// an evaluation needs, bump by bump.
+/// Working memory: the terms around a run of points.
 #[derive(Default)]
 struct Desk {
-    near: Vec<u32>,
-    center: [Vec<f32>; 3],
-    weight: [Vec<f32>; 3],
-    reach: Vec<f32>,
-    outside: Vec<f32>,
-    terms: Vec<[f32; 8]>,
-    chosen: Vec<[f32; 8]>,
+    near: Vec<Term>,
 }
 
-struct Group<'a> {
+/// Points next to each other.
+struct Run<'a> {
     of: &'a Single,
     bounds: Aabb,
     points: &'a [[f64; 3]],
@@ -123,29 +124,22 @@ struct Group<'a> {
     desk: &'a mut Desk,
 }
 
-impl NullaryFnOnce for Group<'_> {
+impl NullaryFnOnce for Run<'_> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         let Self { of, bounds, points, value, gradient, desk } = self;
-        let origin = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
-        desk.gather(of, &bounds, origin);
+        let near = desk.gather(of, &bounds);
         let slope = -2.0 * core::f64::consts::LN_2 * of.unit * of.scale;
         for first in (0..points.len()).step_by(LANES) {
             let n = LANES.min(points.len() - first);
             let mut x = [[0.0f32; LANES]; 3];
-            let (mut lo, mut hi) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
             for j in 0..LANES {
-                let p = points[first + j.min(n - 1)];
-                for a in 0..3 {
-                    x[a][j] = ((p[a] - origin[a]) * of.scale) as f32;
-                    lo[a] = lo[a].min(x[a][j]);
-                    hi[a] = hi[a].max(x[a][j]);
-                }
+                let p = of.local(points[first + j.min(n - 1)]);
+                (x[0][j], x[1][j], x[2][j]) = (p[0], p[1], p[2]);
             }
-            desk.choose(lo, hi);
-            let (f, g) = sum(&desk.chosen, &x);
+            let (f, g) = sum(near, &x);
             for j in 0..n {
                 value[first + j] = of.sum.offset + of.unit * f64::from(f[j]);
                 gradient[first + j] = [0, 1, 2].map(|a| slope * f64::from(g[a][j]));
@@ -155,104 +149,55 @@ impl NullaryFnOnce for Group<'_> {
 }
 
 impl Desk {
-    /// The bumps that count somewhere in the box.
+    /// The terms that count somewhere in the box.
     #[inline(always)]
-    fn gather(&mut self, of: &Single, bounds: &Aabb, origin: [f64; 3]) {
-        self.near.clear();
+    fn gather(&mut self, of: &Single, bounds: &Aabb) -> &[Term] {
+        let (lo, hi) = (of.local(bounds.lo), of.local(bounds.hi));
         let near = &mut self.near;
-        of.sum.grid.rows(bounds, |row| near.extend(row.start as u32..row.end as u32));
-        let m = near.len();
-        for a in 0..3 {
-            self.center[a].clear();
-            self.weight[a].clear();
-            self.center[a].extend(
-                near.iter().map(|&i| ((of.sum.bumps[i as usize].center[a] - origin[a]) * of.scale) as f32),
-            );
-            self.weight[a].extend(near.iter().map(|&i| of.terms[i as usize].weight[a]));
-        }
-        self.reach.clear();
-        self.reach.extend(near.iter().map(|&i| of.terms[i as usize].reach));
-        self.outside.clear();
-        self.outside.resize(m, 0.0);
-        let half = [0, 1, 2].map(|a| (0.5 * (bounds.hi[a] - bounds.lo[a]) * of.scale) as f32);
-        self.measure(half.map(|h| -h), half);
-        self.terms.clear();
         let mut kept = 0;
-        for k in 0..m {
-            if self.outside[k] > self.reach[k] {
-                continue;
+        of.sum.grid.rows(bounds, |row| {
+            let (terms, reach) = (&of.terms[row.clone()], &of.reach[row]);
+            if near.len() < kept + terms.len() {
+                near.resize(2 * (kept + terms.len()), Term::default());
             }
-            let t = &of.terms[self.near[k] as usize];
-            let [x, y, z] = [0, 1, 2].map(|a| self.center[a][k]);
-            self.terms.push([x, y, z, t.weight[0], t.weight[1], t.weight[2], t.level, t.sign]);
-            for a in 0..3 {
-                self.center[a][kept] = self.center[a][k];
-                self.weight[a][kept] = self.weight[a][k];
+            let room = &mut near[kept..kept + terms.len()];
+            let mut more = 0;
+            for (term, reach) in terms.iter().zip(reach) {
+                let outside = |a: usize| {
+                    let (below, above) = (lo[a] - term.center[a], term.center[a] - hi[a]);
+                    let d = if below > above { below } else { above };
+                    if d > 0.0 { d * d } else { 0.0 }
+                };
+                room[more] = *term;
+                more += usize::from(outside(0) + outside(1) + outside(2) <= *reach);
             }
-            self.reach[kept] = self.reach[k];
-            kept += 1;
-        }
-        for a in 0..3 {
-            self.center[a].truncate(kept);
-            self.weight[a].truncate(kept);
-        }
-        self.reach.truncate(kept);
-        self.outside.truncate(kept);
-    }
-
-    /// The smallest Σ weight (x − centre)² in the box for every bump.
-    #[inline(always)]
-    fn measure(&mut self, lo: [f32; 3], hi: [f32; 3]) {
-        let m = self.outside.len();
-        let outside = &mut self.outside[..m];
-        let (cx, cy, cz) = (&self.center[0][..m], &self.center[1][..m], &self.center[2][..m]);
-        let (wx, wy, wz) = (&self.weight[0][..m], &self.weight[1][..m], &self.weight[2][..m]);
-        for k in 0..m {
-            let dx = (lo[0] - cx[k]).max(cx[k] - hi[0]).max(0.0);
-            let dy = (lo[1] - cy[k]).max(cy[k] - hi[1]).max(0.0);
-            let dz = (lo[2] - cz[k]).max(cz[k] - hi[2]).max(0.0);
-            outside[k] = wx[k] * (dx * dx) + wy[k] * (dy * dy) + wz[k] * (dz * dz);
-        }
-    }
-
-    /// Those that count in a smaller box, into `chosen`.
-    #[inline(always)]
-    fn choose(&mut self, lo: [f32; 3], hi: [f32; 3]) {
-        self.measure(lo, hi);
-        let m = self.terms.len();
-        self.chosen.resize(m, [0.0; 8]);
-        let (outside, reach, terms) = (&self.outside[..m], &self.reach[..m], &self.terms[..m]);
-        let chosen = &mut self.chosen[..m];
-        let mut kept = 0;
-        for k in 0..m {
-            chosen[kept.min(k)] = terms[k];
-            kept += usize::from(outside[k] <= reach[k]);
-        }
-        self.chosen.truncate(kept);
+            kept += more;
+        });
+        &near[..kept]
     }
 }
 
 /// Σ sign 2^u and Σ sign 2^u weight (x − centre) for all points.
 #[inline(always)]
-fn sum(terms: &[[f32; 8]], x: &[[f32; LANES]; 3]) -> ([f32; LANES], [[f32; LANES]; 3]) {
+fn sum(terms: &[Term], x: &[[f32; LANES]; 3]) -> ([f32; LANES], [[f32; LANES]; 3]) {
     // A point that is no number has no value either, even where no bump is near it.
     let mut f = [0.0; LANES];
     for j in 0..LANES {
         f[j] = if (x[0][j] + x[1][j] + x[2][j]).is_nan() { f32::NAN } else { 0.0 };
     }
-    let mut g = [[0.0; LANES]; 3];
-    for &[cx, cy, cz, wx, wy, wz, level, sign] in terms {
+    let (mut gx, mut gy, mut gz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for &Term { center: [cx, cy, cz], weight: [wx, wy, wz], level, sign } in terms {
         for j in 0..LANES {
             let (dx, dy, dz) = (x[0][j] - cx, x[1][j] - cy, x[2][j] - cz);
             let (sx, sy, sz) = (wx * dx, wy * dy, wz * dz);
             let e = sign * exp2(level - (sx * dx + sy * dy + sz * dz));
             f[j] += e;
-            g[0][j] += e * sx;
-            g[1][j] += e * sy;
-            g[2][j] += e * sz;
+            gx[j] += e * sx;
+            gy[j] += e * sy;
+            gz[j] += e * sz;
         }
     }
-    (f, g)
+    (f, [gx, gy, gz])
 }
 
 /// 2^u to a relative error of 2e-7 for u < 120; 2^-120 below that.
