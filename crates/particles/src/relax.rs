@@ -131,9 +131,11 @@ impl<'s> Relaxation<'s> {
         }
     }
 
-    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight.
+    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight. Not farther than the skin
+    /// where the lists see more: who outruns them goes unseen the longer.
     fn room(&self) -> f32 {
-        (1.0 - CUTOFF * self.pace.sigma / self.sight) as f32
+        let sigma = self.pace.sigma / self.sight;
+        (1.0 - CUTOFF * sigma).min(self.pace.skin * sigma) as f32
     }
 
     /// Draws the lists of neighbours anew where motion demands it.
