@@ -6,12 +6,15 @@
 
 mod recognise;
 mod search;
+mod single;
 mod terms;
 #[cfg(test)]
 mod tests;
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
+
+use single::Single;
 
 use crate::FieldError;
 use crate::math;
@@ -92,7 +95,15 @@ impl Sum {
     }
 
     /// What is left when tails are dropped that move the surface by about `error` (a length) at most.
-    pub(crate) fn sketch(&self, error: f64) -> Option<Sum> {
+    pub(crate) fn sketch(&self, error: f64) -> Option<Box<dyn Surface>> {
+        Some(match Single::of(self.shortened(error)?, error) {
+            Ok(single) => Box::new(single),
+            Err(double) => Box::new(double),
+        })
+    }
+
+    /// The same in double precision.
+    fn shortened(&self, error: f64) -> Option<Sum> {
         // Wherever a bump ends only the few around it end too, not all of them.
         let tail = SKETCHED * error * self.slope;
         let bumps = self.bumps.iter().copied().zip(self.exps.iter().copied()).collect();

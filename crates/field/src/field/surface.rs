@@ -164,7 +164,7 @@ impl Surface for Field {
     }
 
     fn sketch<'a>(&'a self, error: f64) -> Option<Box<dyn Surface + 'a>> {
-        Some(Box::new(self.bumps()?.sketch(error)?))
+        self.bumps()?.sketch(error)
     }
 
     fn cells(&self, bounds: &Aabb, side: f64, most: usize) -> Option<Cells<'_>> {
