@@ -21,6 +21,7 @@ mod files;
 mod mesh;
 mod picture;
 mod points;
+pub mod render;
 
 pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};

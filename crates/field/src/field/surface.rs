@@ -33,7 +33,7 @@ impl Field {
     }
 
     /// The field as a sum of bumps, which needs no pruning, if it is one.
-    fn bumps(&self) -> Option<&Sum> {
+    pub(super) fn bumps(&self) -> Option<&Sum> {
         let plain = self.axes() == 3 && self.components() == 1 && !self.is_opaque();
         let find = || Sum::of(self.tape(0), &self.uniforms[0]).map(Arc::new);
         plain.then(|| self.bumps.get_or_init(find).as_deref())?

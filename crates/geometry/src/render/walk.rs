@@ -1,0 +1,247 @@
+//! The walk through a tile's cells, nearest first.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use isoswarm_field::{CompiledPiece, Interval, Piece, Pieces, Ranges};
+
+use super::bundle::{Bundle, LEVELS, SIDE, Square};
+use super::refine::{Bracket, Refinery};
+use super::{CastOptions, Hit};
+
+/// From this level on (squares of 8 rays) a cell is searched where all its rays are monotone.
+const SEARCHED: usize = 3;
+
+/// Cells that are longer than this times their width are cut along the rays only.
+const LONG: f64 = 2.0;
+
+/// A ray on its way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct State {
+    /// Whether the sign of F at its beginning is known.
+    pub begun: bool,
+    /// Whether F < 0 where the walk has come to.
+    pub inside: bool,
+    /// Crossings found.
+    pub found: u16,
+}
+
+/// A cell that may contain zeros.
+#[derive(Clone, Copy)]
+pub(super) struct Cell {
+    pub square: Square,
+    pub from: f64,
+    pub to: f64,
+}
+
+pub(super) struct Walk<'a> {
+    pub pieces: &'a Pieces<'a>,
+    pub bundle: Bundle<'a>,
+    pub states: Vec<State>,
+    pub hits: Vec<Hit>,
+    pub options: &'a CastOptions,
+    pub refinery: Refinery,
+    stop: &'a AtomicBool,
+}
+
+impl<'a> Walk<'a> {
+    pub(super) fn new(
+        pieces: &'a Pieces<'a>,
+        bundle: Bundle<'a>,
+        options: &'a CastOptions,
+        stop: &'a AtomicBool,
+    ) -> Self {
+        let states = vec![State::default(); SIDE * SIDE];
+        Self { pieces, bundle, states, hits: Vec::new(), options, refinery: Refinery::default(), stop }
+    }
+
+    pub(super) fn run(mut self) -> Vec<Hit> {
+        if let Some(c) = self.bundle.common(Square::WHOLE) {
+            let cell = Cell { square: Square::WHOLE, from: c.near, to: c.far };
+            let whole = self.pieces.whole();
+            self.cut(&whole, cell);
+        }
+        let mut hits = self.hits;
+        hits.sort_by(|a, b| (a.ray, a.t).partial_cmp(&(b.ray, b.t)).unwrap_or(std::cmp::Ordering::Equal));
+        hits
+    }
+
+    /// The parts of a cell, nearest first, and whether they are small enough to be searched.
+    fn parts(&self, cell: Cell) -> (Vec<Cell>, bool) {
+        let Some(c) = self.bundle.common(cell.square) else { return (Vec::new(), false) };
+        let (across, along) = c.extent(0.5 * (cell.from + cell.to));
+        let depth = (cell.to - cell.from) * along;
+        let ratio = depth / across.max(1e-9 * depth);
+        let (squares, slabs) = if ratio < LONG && cell.square.level + 1 < LEVELS {
+            (cell.square.quarters().to_vec(), 2)
+        } else {
+            (vec![cell.square], if ratio < 3.0 * LONG { 4 } else { 8 })
+        };
+        let level = squares[0].level;
+        let at = |k: usize| match k {
+            _ if k == slabs => cell.to,
+            _ => cell.from + (cell.to - cell.from) * (k as f64 / slabs as f64),
+        };
+        let mut parts = Vec::with_capacity(8);
+        for k in 0..slabs {
+            for &square in &squares {
+                let Some(c) = self.bundle.common(square) else { continue };
+                let (from, to) = (at(k).max(c.near), at(k + 1).min(c.far));
+                if from < to {
+                    parts.push(Cell { square, from, to });
+                }
+            }
+        }
+        let left = if squares.len() == 4 { ratio } else { ratio / slabs as f64 };
+        (parts, level >= SEARCHED && left < LONG)
+    }
+
+    /// Cuts a cell and goes on with its parts.
+    fn cut(&mut self, piece: &Piece, cell: Cell) {
+        if self.stop.load(Ordering::Relaxed) {
+            return;
+        }
+        let (cells, small) = self.parts(cell);
+        let boxes: Vec<_> =
+            cells.iter().filter_map(|c| Some(self.bundle.common(c.square)?.swept(c.from, c.to))).collect();
+        if boxes.is_empty() {
+            return;
+        }
+        let (ranges, pieces) = self.pieces.divide(piece, &boxes, small);
+        for ((cell, ranges), piece) in cells.into_iter().zip(ranges).zip(pieces) {
+            if self.bundle.common(cell.square).is_none() {
+                continue;
+            }
+            if ranges.value.lo >= 0.0 {
+                self.pass(cell, false);
+            } else if ranges.value.hi < 0.0 {
+                self.pass(cell, true);
+            } else if small {
+                self.search(&piece, cell, &ranges);
+            } else {
+                self.cut(&piece, cell);
+            }
+        }
+    }
+
+    /// A cell without zeros: the rays that begin here are on this side.
+    fn pass(&mut self, cell: Cell, inside: bool) {
+        let Some(c) = self.bundle.common(cell.square) else { return };
+        // A ray that begins at the end of the cell belongs to the next one; its own cell knows best.
+        if c.begun < cell.from {
+            return;
+        }
+        for i in cell.square.rays() {
+            if !self.states[i].begun && self.bundle.rays[i].near < cell.to {
+                self.begin(i, inside);
+            }
+        }
+    }
+
+    /// The ray begins inside or outside.
+    pub(super) fn begin(&mut self, i: usize, inside: bool) {
+        let ray = &self.bundle.rays[i];
+        self.states[i] = State { begun: true, inside, ..self.states[i] };
+        if let (true, Some(face), true) = (inside, ray.face, self.options.capped) {
+            let hit = Hit { ray: i as u16, t: ray.near, gradient: [0.0; 3], cut: Some(face) };
+            self.found(hit);
+        }
+    }
+
+    /// Notes a hit.
+    pub(super) fn found(&mut self, hit: Hit) {
+        let i = usize::from(hit.ray);
+        self.hits.push(hit);
+        self.states[i].found += 1;
+        if self.states[i].found == self.options.layers {
+            self.bundle.close(i);
+        }
+    }
+
+    /// Whether ray `i` looks for more.
+    pub(super) fn is_open(&self, i: usize) -> bool {
+        let r = &self.bundle.rays[i];
+        r.near < r.far && self.states[i].found < self.options.layers
+    }
+
+    /// A small cell: along all its rays F rises or falls, or the rays are looked at one by one.
+    fn search(&mut self, piece: &Piece, cell: Cell, ranges: &Ranges) {
+        let Some(c) = self.bundle.common(cell.square) else { return };
+        let rate = rate(&[0, 1, 2].map(|a| Interval::new(c.direction.lo[a], c.direction.hi[a])), ranges);
+        let monotone = !rate.has_zero() && !piece.jumps();
+        if !monotone && cell.square.level + 1 < LEVELS {
+            return self.cut(piece, cell);
+        }
+        let ready = self.pieces.compiled(piece);
+        let spans = self.spans(&ready, cell);
+        if monotone {
+            self.cross(&ready, &spans, rate.hi < 0.0);
+        } else {
+            self.isolate(piece, &ready, spans);
+        }
+    }
+
+    /// The parts of the open rays in a cell; those that begin here learn where they are.
+    fn spans(&mut self, ready: &CompiledPiece, cell: Cell) -> Vec<Span> {
+        let mut spans = Vec::with_capacity(64);
+        for i in cell.square.rays().filter(|&i| self.is_open(i)) {
+            let r = &self.bundle.rays[i];
+            let (from, to) = (cell.from.max(r.near), cell.to.min(r.far));
+            if from < to {
+                spans.push(Span { ray: i, from, to });
+            }
+        }
+        let new: Vec<Span> = spans.iter().copied().filter(|s| !self.states[s.ray].begun).collect();
+        if !new.is_empty() {
+            let points: Vec<_> = new.iter().map(|s| self.bundle.rays[s.ray].at(s.from)).collect();
+            let mut value = vec![0.0; points.len()];
+            self.pieces.value(ready, &points, &mut value);
+            for (s, v) in new.iter().zip(value) {
+                self.begin(s.ray, v < 0.0);
+            }
+            spans.retain(|s| self.is_open(s.ray));
+        }
+        spans
+    }
+
+    /// Rays along which F falls (or rises) throughout cross where the far end is on the other side.
+    fn cross(&mut self, ready: &CompiledPiece, spans: &[Span], falls: bool) {
+        let mut brackets = Vec::with_capacity(spans.len());
+        for s in spans.iter().filter(|s| self.states[s.ray].inside != falls) {
+            brackets.push(Bracket::new(s.ray, s.from, s.to));
+        }
+        if brackets.is_empty() {
+            return;
+        }
+        self.refinery.ends(self.pieces, ready, self.bundle.rays, &mut brackets);
+        brackets.retain(|b| (b.value < 0.0) == falls);
+        self.settle(ready, brackets);
+    }
+
+    /// Finds the crossings in brackets and notes them.
+    pub(super) fn settle(&mut self, ready: &CompiledPiece, mut brackets: Vec<Bracket>) {
+        if brackets.is_empty() {
+            return;
+        }
+        self.refinery.solve(self.pieces, ready, self.bundle.rays, &mut brackets);
+        for b in brackets {
+            self.states[b.ray].inside = !self.states[b.ray].inside;
+            if b.gradient.iter().all(|g| g.is_finite()) {
+                self.found(Hit { ray: b.ray as u16, t: b.t, gradient: b.gradient, cut: None });
+            }
+        }
+    }
+}
+
+/// A part of a ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    pub ray: usize,
+    pub from: f64,
+    pub to: f64,
+}
+
+/// Range of the derivative along directions.
+pub(super) fn rate(direction: &[Interval; 3], ranges: &Ranges) -> Interval {
+    let along = |a: usize| direction[a] * ranges.gradient[a];
+    along(0) + along(1) + along(2)
+}
