@@ -27,7 +27,7 @@ pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
 pub use mesh::{Fault, Mesh, Topology};
 pub use picture::{
-    Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
-    render_until,
+    Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,
+    Solid, Style, Subject, animate, colors, draw, render, render_framed, render_until,
 };
 pub use points::PointCloud;

@@ -26,12 +26,13 @@ fn cube(half: f64) -> Clip {
 fn cast(field: &Field, clip: &Clip, options: &CastOptions) -> (Vec<Ray>, Vec<Hit>) {
     let view = View::perspective(pose(6.0), 0.6, 64.0, 64.0);
     let rays = view.tile(0.5, 0.5, 1.0, clip, |_, _| true);
-    let hits = Caster::new(field).unwrap().tile(&rays, options, &AtomicBool::new(false)).unwrap();
+    let hits =
+        Caster::new(field, &clip.bounds).unwrap().tile(&rays, options, &AtomicBool::new(false)).unwrap();
     (rays, hits)
 }
 
 fn all() -> CastOptions {
-    CastOptions { layers: u16::MAX, capped: false }
+    CastOptions { layers: u16::MAX, cap_box: false, ..Default::default() }
 }
 
 /// Hits of each ray.

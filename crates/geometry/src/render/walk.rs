@@ -14,6 +14,9 @@ const SEARCHED: usize = 3;
 /// Cells that are longer than this times their width are cut along the rays only.
 const LONG: f64 = 2.0;
 
+/// The least width of a cell, over the length of the rays.
+const LEAST: f64 = 1e-4;
+
 /// A ray on its way.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct State {
@@ -40,6 +43,8 @@ pub(super) struct Walk<'a> {
     pub hits: Vec<Hit>,
     pub options: &'a CastOptions,
     pub refinery: Refinery,
+    /// Cells are not made narrower than this, in t.
+    least: f64,
     stop: &'a AtomicBool,
 }
 
@@ -51,7 +56,8 @@ impl<'a> Walk<'a> {
         stop: &'a AtomicBool,
     ) -> Self {
         let states = vec![State::default(); SIDE * SIDE];
-        Self { pieces, bundle, states, hits: Vec::new(), options, refinery: Refinery::default(), stop }
+        let least = bundle.common(Square::WHOLE).map_or(0.0, |c| LEAST * (c.far - c.near));
+        Self { pieces, bundle, states, hits: Vec::new(), options, refinery: Refinery::default(), least, stop }
     }
 
     pub(super) fn run(mut self) -> Vec<Hit> {
@@ -70,7 +76,8 @@ impl<'a> Walk<'a> {
         let Some(c) = self.bundle.common(cell.square) else { return (Vec::new(), false) };
         let (across, along) = c.extent(0.5 * (cell.from + cell.to));
         let depth = (cell.to - cell.from) * along;
-        let ratio = depth / across.max(1e-9 * depth);
+        // Squares with a ray or two have no width to speak of.
+        let ratio = depth / across.max(self.least * along);
         let (squares, slabs) = if ratio < LONG && cell.square.level + 1 < LEVELS {
             (cell.square.quarters().to_vec(), 2)
         } else {
@@ -141,7 +148,7 @@ impl<'a> Walk<'a> {
     pub(super) fn begin(&mut self, i: usize, inside: bool) {
         let ray = &self.bundle.rays[i];
         self.states[i] = State { begun: true, inside, ..self.states[i] };
-        if let (true, Some(face), true) = (inside, ray.face, self.options.capped) {
+        if let Some(face) = ray.face.filter(|&f| self.options.cuts(f, inside)) {
             let hit = Hit { ray: i as u16, t: ray.near, gradient: [0.0; 3], cut: Some(face) };
             self.found(hit);
         }
