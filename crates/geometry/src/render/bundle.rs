@@ -5,11 +5,8 @@ use isoswarm_field::Aabb;
 /// Rays along the side of a tile.
 pub const SIDE: usize = 64;
 
-/// Rays along the side of the smallest square that is looked at as one.
-const LEAST: usize = 4;
-
-/// Squares are halved this often.
-pub(super) const LEVELS: usize = (SIDE / LEAST).ilog2() as usize + 1;
+/// Sizes of squares, from the tile to a single ray.
+pub(super) const LEVELS: usize = SIDE.ilog2() as usize + 1;
 
 /// The points origin + t · direction for t from `near` to `far`.
 #[derive(Clone, Copy, Debug, PartialEq)]

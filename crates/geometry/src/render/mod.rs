@@ -3,14 +3,14 @@
 //! Rays come in square tiles of [`SIDE`] × [`SIDE`] that point in about the same direction, such as the pixels of a picture. Tile and depth
 //! are cut again and again into cells, nearest first; a cell where the range of F excludes zero is left behind, in the others
 //! the tape is pruned. In a small cell where the derivative along all its rays has one sign each ray has one root at most, between
-//! ends of different sign, and Newton's method inside the bracket finds it. Where that is open each ray is cut by itself until
-//! it is known (`isolate`). So no crossing is missed between samples: there are no samples.
+//! ends of different sign, and Newton's method inside the bracket finds it. Where that is open the cell is cut further, down to parts of
+//! single rays. So no crossing is missed between samples: there are no samples.
 
 mod bundle;
 mod clip;
-mod isolate;
 mod march;
 mod refine;
+mod search;
 mod view;
 mod walk;
 

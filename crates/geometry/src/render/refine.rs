@@ -22,7 +22,7 @@ pub(super) struct Bracket {
     to: f64,
     /// Where F was evaluated last, or the result.
     pub t: f64,
-    pub value: f64,
+    value: f64,
     pub gradient: [f64; 3],
     /// Whether F < 0 at `to`.
     falls: bool,
@@ -30,9 +30,12 @@ pub(super) struct Bracket {
 }
 
 impl Bracket {
-    /// F is evaluated at the far end first.
-    pub(super) fn new(ray: usize, from: f64, to: f64) -> Self {
-        Self { ray, from, to, t: to, value: f64::NAN, gradient: [f64::NAN; 3], falls: false, done: false }
+    /// `value` is F at the far end, `rate` a guess of dF/dt if there is one: F is evaluated first where they say.
+    pub(super) fn new(ray: usize, (from, to): (f64, f64), value: f64, rate: f64) -> Self {
+        let guess = to - value / rate;
+        let t = if from < guess && guess < to { guess } else { 0.5 * (from + to) };
+        let (gradient, falls) = ([f64::NAN; 3], value < 0.0);
+        Self { ray, from, to, t, value, gradient, falls, done: false }
     }
 }
 
@@ -47,13 +50,7 @@ pub(super) struct Refinery {
 
 impl Refinery {
     /// F and its gradient at each bracket's `t`.
-    pub(super) fn ends(
-        &mut self,
-        pieces: &Pieces,
-        ready: &CompiledPiece,
-        rays: &[Ray],
-        brackets: &mut [Bracket],
-    ) {
+    fn evaluate(&mut self, pieces: &Pieces, ready: &CompiledPiece, rays: &[Ray], brackets: &mut [Bracket]) {
         self.which.clear();
         self.which.extend((0..brackets.len()).filter(|&k| !brackets[k].done));
         let n = self.which.len();
@@ -67,7 +64,7 @@ impl Refinery {
         }
     }
 
-    /// Moves each bracket's `t`, where F is known, to the crossing. `value` is that at the far end.
+    /// Moves each bracket's `t` to the crossing.
     pub(super) fn solve(
         &mut self,
         pieces: &Pieces,
@@ -75,15 +72,14 @@ impl Refinery {
         rays: &[Ray],
         brackets: &mut [Bracket],
     ) {
-        brackets.iter_mut().for_each(|b| b.falls = b.value < 0.0);
         for round in 0..MOST {
-            for b in brackets.iter_mut().filter(|b| !b.done) {
-                advance(b, &rays[b.ray], round);
-            }
             if brackets.iter().all(|b| b.done) {
                 return;
             }
-            self.ends(pieces, ready, rays, brackets);
+            self.evaluate(pieces, ready, rays, brackets);
+            for b in brackets.iter_mut().filter(|b| !b.done) {
+                advance(b, &rays[b.ray], round);
+            }
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isoswarm_field::{CompiledPiece, Interval, Piece, Pieces, Ranges};
+use isoswarm_field::{Piece, Pieces};
 
 use super::bundle::{Bundle, LEVELS, SIDE, Square};
-use super::refine::{Bracket, Refinery};
+use super::refine::Refinery;
 use super::{CastOptions, Hit};
 
 /// From this level on (squares of 8 rays) a cell is searched where all its rays are monotone.
@@ -24,8 +24,9 @@ pub(super) struct State {
     pub begun: bool,
     /// Whether F < 0 where the walk has come to.
     pub inside: bool,
-    /// Crossings found.
+    /// Crossings found, and those being worked out.
     pub found: u16,
+    pub waiting: u16,
 }
 
 /// A cell that may contain zeros.
@@ -71,19 +72,14 @@ impl<'a> Walk<'a> {
         hits
     }
 
-    /// The parts of a cell, nearest first, and whether they are small enough to be searched.
-    fn parts(&self, cell: Cell) -> (Vec<Cell>, bool) {
-        let Some(c) = self.bundle.common(cell.square) else { return (Vec::new(), false) };
-        let (across, along) = c.extent(0.5 * (cell.from + cell.to));
-        let depth = (cell.to - cell.from) * along;
-        // Squares with a ray or two have no width to speak of.
-        let ratio = depth / across.max(self.least * along);
+    /// The parts of a cell, nearest first.
+    pub(super) fn parts(&self, cell: Cell, fine: bool) -> Vec<Cell> {
+        let ratio = self.ratio(cell);
         let (squares, slabs) = if ratio < LONG && cell.square.level + 1 < LEVELS {
             (cell.square.quarters().to_vec(), 2)
         } else {
-            (vec![cell.square], if ratio < 3.0 * LONG { 4 } else { 8 })
+            (vec![cell.square], if ratio < 3.0 * LONG && !fine { 4 } else { 8 })
         };
-        let level = squares[0].level;
         let at = |k: usize| match k {
             _ if k == slabs => cell.to,
             _ => cell.from + (cell.to - cell.from) * (k as f64 / slabs as f64),
@@ -98,8 +94,20 @@ impl<'a> Walk<'a> {
                 }
             }
         }
-        let left = if squares.len() == 4 { ratio } else { ratio / slabs as f64 };
-        (parts, level >= SEARCHED && left < LONG)
+        parts
+    }
+
+    /// Whether a cell is small enough to be searched.
+    fn is_small(&self, cell: Cell) -> bool {
+        cell.square.level >= SEARCHED && self.ratio(cell) < LONG
+    }
+
+    /// Length over width.
+    fn ratio(&self, cell: Cell) -> f64 {
+        let Some(c) = self.bundle.common(cell.square) else { return 0.0 };
+        let (across, along) = c.extent(0.5 * (cell.from + cell.to));
+        // Squares with a ray or two have no width to speak of.
+        (cell.to - cell.from) * along / across.max(self.least * along)
     }
 
     /// Cuts a cell and goes on with its parts.
@@ -107,14 +115,15 @@ impl<'a> Walk<'a> {
         if self.stop.load(Ordering::Relaxed) {
             return;
         }
-        let (cells, small) = self.parts(cell);
+        let cells = self.parts(cell, false);
+        let small: Vec<bool> = cells.iter().map(|c| self.is_small(*c)).collect();
         let boxes: Vec<_> =
             cells.iter().filter_map(|c| Some(self.bundle.common(c.square)?.swept(c.from, c.to))).collect();
         if boxes.is_empty() {
             return;
         }
-        let (ranges, pieces) = self.pieces.divide(piece, &boxes, small);
-        for ((cell, ranges), piece) in cells.into_iter().zip(ranges).zip(pieces) {
+        let (ranges, pieces) = self.pieces.divide(piece, &boxes, small.contains(&true));
+        for (((cell, ranges), piece), small) in cells.into_iter().zip(ranges).zip(pieces).zip(small) {
             if self.bundle.common(cell.square).is_none() {
                 continue;
             }
@@ -131,7 +140,7 @@ impl<'a> Walk<'a> {
     }
 
     /// A cell without zeros: the rays that begin here are on this side.
-    fn pass(&mut self, cell: Cell, inside: bool) {
+    pub(super) fn pass(&mut self, cell: Cell, inside: bool) {
         let Some(c) = self.bundle.common(cell.square) else { return };
         // A ray that begins at the end of the cell belongs to the next one; its own cell knows best.
         if c.begun < cell.from {
@@ -169,86 +178,4 @@ impl<'a> Walk<'a> {
         let r = &self.bundle.rays[i];
         r.near < r.far && self.states[i].found < self.options.layers
     }
-
-    /// A small cell: along all its rays F rises or falls, or the rays are looked at one by one.
-    fn search(&mut self, piece: &Piece, cell: Cell, ranges: &Ranges) {
-        let Some(c) = self.bundle.common(cell.square) else { return };
-        let rate = rate(&[0, 1, 2].map(|a| Interval::new(c.direction.lo[a], c.direction.hi[a])), ranges);
-        let monotone = !rate.has_zero() && !piece.jumps();
-        if !monotone && cell.square.level + 1 < LEVELS {
-            return self.cut(piece, cell);
-        }
-        let ready = self.pieces.compiled(piece);
-        let spans = self.spans(&ready, cell);
-        if monotone {
-            self.cross(&ready, &spans, rate.hi < 0.0);
-        } else {
-            self.isolate(piece, &ready, spans);
-        }
-    }
-
-    /// The parts of the open rays in a cell; those that begin here learn where they are.
-    fn spans(&mut self, ready: &CompiledPiece, cell: Cell) -> Vec<Span> {
-        let mut spans = Vec::with_capacity(64);
-        for i in cell.square.rays().filter(|&i| self.is_open(i)) {
-            let r = &self.bundle.rays[i];
-            let (from, to) = (cell.from.max(r.near), cell.to.min(r.far));
-            if from < to {
-                spans.push(Span { ray: i, from, to });
-            }
-        }
-        let new: Vec<Span> = spans.iter().copied().filter(|s| !self.states[s.ray].begun).collect();
-        if !new.is_empty() {
-            let points: Vec<_> = new.iter().map(|s| self.bundle.rays[s.ray].at(s.from)).collect();
-            let mut value = vec![0.0; points.len()];
-            self.pieces.value(ready, &points, &mut value);
-            for (s, v) in new.iter().zip(value) {
-                self.begin(s.ray, v < 0.0);
-            }
-            spans.retain(|s| self.is_open(s.ray));
-        }
-        spans
-    }
-
-    /// Rays along which F falls (or rises) throughout cross where the far end is on the other side.
-    fn cross(&mut self, ready: &CompiledPiece, spans: &[Span], falls: bool) {
-        let mut brackets = Vec::with_capacity(spans.len());
-        for s in spans.iter().filter(|s| self.states[s.ray].inside != falls) {
-            brackets.push(Bracket::new(s.ray, s.from, s.to));
-        }
-        if brackets.is_empty() {
-            return;
-        }
-        self.refinery.ends(self.pieces, ready, self.bundle.rays, &mut brackets);
-        brackets.retain(|b| (b.value < 0.0) == falls);
-        self.settle(ready, brackets);
-    }
-
-    /// Finds the crossings in brackets and notes them.
-    pub(super) fn settle(&mut self, ready: &CompiledPiece, mut brackets: Vec<Bracket>) {
-        if brackets.is_empty() {
-            return;
-        }
-        self.refinery.solve(self.pieces, ready, self.bundle.rays, &mut brackets);
-        for b in brackets {
-            self.states[b.ray].inside = !self.states[b.ray].inside;
-            if b.gradient.iter().all(|g| g.is_finite()) {
-                self.found(Hit { ray: b.ray as u16, t: b.t, gradient: b.gradient, cut: None });
-            }
-        }
-    }
-}
-
-/// A part of a ray.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Span {
-    pub ray: usize,
-    pub from: f64,
-    pub to: f64,
-}
-
-/// Range of the derivative along directions.
-pub(super) fn rate(direction: &[Interval; 3], ranges: &Ranges) -> Interval {
-    let along = |a: usize| direction[a] * ranges.gradient[a];
-    along(0) + along(1) + along(2)
 }
