@@ -118,6 +118,9 @@ impl Pieces<'_> {
 
     fn ranges_tape(&self, tape: &Tape, boxes: &[Aabb], slopes: bool, scratch: &mut Scratch) -> Vec<Ranges> {
         let spans = &self.whole.spans;
+        if boxes.is_empty() {
+            return Vec::new();
+        }
         scratch.pass.run(tape, spans, boxes, self.whole.axes, slopes);
         let inputs = [0, 1, 2].map(|a| tape.input(a));
         let one = |lane: usize| Ranges {

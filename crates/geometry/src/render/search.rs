@@ -1,7 +1,7 @@
 //! The crossings in a small cell. It is cut, down to single rays and parts of them, until F rises or falls along all rays of each part,
 //! so that each ray has one crossing at most there: then the signs of F at the ends tell.
 
-use isoswarm_field::{CompiledPiece, Interval, Piece, Ranges};
+use isoswarm_field::{CompiledPiece, Piece, Ranges};
 
 use super::Hit;
 use super::bundle::LEVELS;
@@ -46,9 +46,7 @@ impl Walk<'_> {
 
     /// A part of the cell that may contain zeros.
     fn narrow(&mut self, search: &mut Search, piece: &Piece, cell: Cell, ranges: &Ranges) {
-        let Some(c) = self.bundle.common(cell.square) else { return };
-        let direction = [0, 1, 2].map(|a| Interval::new(c.direction.lo[a], c.direction.hi[a]));
-        let rate = rate(&direction, ranges);
+        let Some(rate) = self.rate(cell, ranges) else { return };
         let alone = cell.square.level + 1 == LEVELS;
         let single = !rate.has_zero() && !piece.jumps();
         let short = alone && cell.to - cell.from <= SHORT * cell.to.abs().max(cell.from.abs());
@@ -144,10 +142,4 @@ impl Walk<'_> {
         self.pieces.value(&search.ready, &points, &mut value);
         value
     }
-}
-
-/// Range of the derivative along directions.
-fn rate(direction: &[Interval; 3], ranges: &Ranges) -> Interval {
-    let along = |a: usize| direction[a] * ranges.gradient[a];
-    along(0) + along(1) + along(2)
 }

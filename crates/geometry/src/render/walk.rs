@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use isoswarm_field::{Piece, Pieces};
+use isoswarm_field::{Interval, Piece, Pieces, Ranges};
 
 use super::bundle::{Bundle, LEVELS, SIDE, Square};
 use super::refine::Refinery;
@@ -10,6 +10,9 @@ use super::{CastOptions, Hit};
 
 /// From this level on (squares of 8 rays) a cell is searched where all its rays are monotone.
 const SEARCHED: usize = 3;
+
+/// Up to this level (squares of 4 rays) tapes are pruned.
+const PRUNED: usize = 4;
 
 /// Cells that are longer than this times their width are cut along the rays only.
 const LONG: f64 = 2.0;
@@ -102,6 +105,18 @@ impl<'a> Walk<'a> {
         cell.square.level >= SEARCHED && self.ratio(cell) < LONG
     }
 
+    /// Whether each ray has one crossing at most in a cell.
+    fn is_single(&self, piece: &Piece, cell: Cell, ranges: &Ranges) -> bool {
+        self.rate(cell, ranges).is_some_and(|rate| !rate.has_zero()) && !piece.jumps()
+    }
+
+    /// Range of dF/dt along the rays of a cell.
+    pub(super) fn rate(&self, cell: Cell, ranges: &Ranges) -> Option<Interval> {
+        let d = &self.bundle.common(cell.square)?.direction;
+        let along = |a: usize| Interval::new(d.lo[a], d.hi[a]) * ranges.gradient[a];
+        Some(along(0) + along(1) + along(2))
+    }
+
     /// Length over width.
     fn ratio(&self, cell: Cell) -> f64 {
         let Some(c) = self.bundle.common(cell.square) else { return 0.0 };
@@ -131,7 +146,7 @@ impl<'a> Walk<'a> {
                 self.pass(cell, false);
             } else if ranges.value.hi < 0.0 {
                 self.pass(cell, true);
-            } else if small {
+            } else if small && (cell.square.level >= PRUNED || self.is_single(&piece, cell, &ranges)) {
                 self.search(&piece, cell, &ranges);
             } else {
                 self.cut(&piece, cell);
