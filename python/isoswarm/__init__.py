@@ -22,6 +22,7 @@ from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
+from isoswarm.rendering import render, turntable
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
@@ -64,7 +65,9 @@ __all__ = [
     "parse",
     "read_atoms",
     "read_script",
+    "render",
     "sample",
     "shapes",
+    "turntable",
 ]
 __all__ += _adapters + _blobs + _errors + _shapes + _special

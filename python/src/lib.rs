@@ -5,6 +5,7 @@ mod errors;
 mod field;
 mod geometry;
 mod particles;
+mod render;
 mod scene;
 mod watch;
 
@@ -21,6 +22,8 @@ mod _core {
     use crate::geometry::{Cloud, animate, write_bytes};
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
+    #[pymodule_export]
+    use crate::render::{Solid, Triangles, colors, render};
 
     #[pymodule_export]
     use crate::scene::{Scene, format_of, read_script};
