@@ -4,6 +4,7 @@ mod callback;
 mod errors;
 mod field;
 mod geometry;
+mod mesh;
 mod particles;
 mod render;
 mod scene;
@@ -19,7 +20,9 @@ mod _core {
     #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
-    use crate::geometry::{Cloud, animate, write_bytes};
+    use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
+    #[pymodule_export]
+    use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
     #[pymodule_export]

@@ -24,8 +24,10 @@ mod points;
 pub mod render;
 
 pub use error::GeometryError;
-pub use files::{FileFormat, save, write_atomically};
-pub use mesh::{Fault, Mesh, Topology};
+pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
+pub use mesh::{
+    FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule, Topology, mesh, mesh_samples,
+};
 pub use picture::{
     Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,
     Solid, Style, Subject, animate, colors, draw, render, render_framed, render_until,
