@@ -26,7 +26,8 @@ pub mod render;
 pub use error::GeometryError;
 pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
 pub use mesh::{
-    FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule, Topology, mesh, mesh_samples,
+    FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution,
+    Rule, Topology, mesh, mesh_samples,
 };
 pub use picture::{
     Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,

@@ -227,3 +227,63 @@ impl Piece {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::text;
+
+    const MODELS: [&str; 4] = [
+        "min(sqrt(x^2 + y^2 + z^2) - 1, max(abs(x) - 0.5, abs(y - 0.3) - 0.7, z))",
+        "sin(3*x)*cos(2*y) + sin(3*y)*cos(2*z) + x*z^3",
+        "1 - exp(2 - 2*((x-0.3)^2 + y^2 + z^2)) - exp(2 - 3*((x+0.5)^2 + (y-0.2)^2 + z^2)) - exp(1 - x^2 - y^2 - 2*z^2)",
+        "x^4 + y^4 + z^4 - 2*x*y*z - 1",
+    ];
+
+    /// Numbers that are spread over 0 to 1.
+    fn spread(k: usize) -> f64 {
+        (k as f64 * 0.618_033_988_749_895).fract()
+    }
+
+    #[test]
+    fn ranges_hold_and_what_is_left_has_the_same_values() {
+        for model in MODELS {
+            let field = Field::new(&text::parse(model, &[]).unwrap()).unwrap();
+            let pieces = field.pieces().unwrap();
+            let first = Aabb::new([-1.0; 3], [1.0; 3]);
+            let (_, parts) = pieces.divide(&pieces.whole(), &[first], false);
+            for k in 0..50 {
+                let lo = [0, 1, 2].map(|a| 1.6 * spread(3 * k + a + 1) - 0.8);
+                let b = Aabb::new(lo, lo.map(|v| v + 0.2 * spread(k)));
+                let (ranges, inner) = pieces.divide(&parts[0], &[b], true);
+                let ready = pieces.compiled(&inner[0]);
+                let points: Vec<[f64; 3]> = (0..20)
+                    .map(|j| [0, 1, 2].map(|a| b.lo[a] + (b.hi[a] - b.lo[a]) * spread(5 * j + 7 * a + k)))
+                    .collect();
+                let (mut value, mut gradient) = (vec![0.0; 20], vec![[0.0; 3]; 20]);
+                pieces.value_gradient(&ready, &points, &mut value, &mut gradient);
+                let mut alone = vec![0.0; 20];
+                pieces.value(&ready, &points, &mut alone);
+                assert_eq!(value, alone);
+                let mut whole = vec![0.0; 20];
+                field.value(points.as_flattened(), &mut whole).unwrap();
+                for j in 0..20 {
+                    assert!((value[j] - whole[j]).abs() <= 1e-13, "{model}");
+                    assert!(ranges[0].value.contains(value[j]), "{model}");
+                    for a in 0..3 {
+                        assert!(ranges[0].gradient[a].contains(gradient[j][a]), "{model}");
+                    }
+                }
+                assert_eq!(pieces.ranges(&parts[0], &[b], true)[0].value, ranges[0].value);
+            }
+        }
+    }
+
+    #[test]
+    fn opaque_and_flat_fields_have_no_pieces() {
+        let field = Field::new(&text::parse("floor(x) + y", &[]).unwrap()).unwrap();
+        assert!(field.pieces().unwrap().whole().jumps());
+        let field = Field::new(&text::parse("x + y", &[]).unwrap()).unwrap();
+        assert!(!field.pieces().unwrap().whole().jumps());
+    }
+}

@@ -27,7 +27,9 @@ pub(super) fn clear(
         let rings = Rings::find(&vertices.points, &vertices.normals, bounds, &vertices.reach());
         let close: Vec<(usize, usize, f64, f64)> = (0..vertices.len())
             .filter(|&i| vertices.faces[i] == 0 && rings.of(i).contains(&Rings::WALL))
-            .filter_map(|i| nearest_face(vertices.points[i], vertices.normals[i], bounds).map(|(a, f, d)| (i, a, f, d)))
+            .filter_map(|i| {
+                nearest_face(vertices.points[i], vertices.normals[i], bounds).map(|(a, f, d)| (i, a, f, d))
+            })
             .collect();
         if close.is_empty() {
             break;
@@ -51,7 +53,8 @@ pub(super) fn clear(
                 continue;
             }
             if d < NEAR * spacing {
-                (vertices.points[i], vertices.normals[i], vertices.faces[i]) = (points[k], normals[k], faces[k]);
+                (vertices.points[i], vertices.normals[i], vertices.faces[i]) =
+                    (points[k], normals[k], faces[k]);
             } else {
                 vertices.push(points[k], normals[k], spacing, faces[k]);
                 dead.push(false);

@@ -93,13 +93,16 @@ pub struct Meshed {
 ///
 /// # Errors
 /// Those of [`isoswarm_particles::sample`]; a resolution that is not above 0; a surface in the plane.
-pub fn mesh(surface: &dyn Surface, bounds: &Aabb, options: MeshOptions<'_>) -> Result<Meshed, particles::Error> {
+pub fn mesh(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    options: MeshOptions<'_>,
+) -> Result<Meshed, particles::Error> {
     let MeshOptions { resolution, rule, density, smoothing, intersections, seed, most, progress } = options;
     in_space(surface)?;
     let sizes::Sampled { samples, evaluations, warnings } =
         sizes::sample(surface, bounds, resolution, density, (seed, most), progress)?;
-    let settings =
-        MeshOptions { resolution, rule, smoothing, intersections, ..MeshOptions::default() };
+    let settings = MeshOptions { resolution, rule, smoothing, intersections, ..MeshOptions::default() };
     let mut out = mesh_samples(surface, bounds, &samples, &settings)?;
     out.report.evaluations += evaluations;
     out.report.warnings.extend(warnings);
@@ -222,4 +225,3 @@ fn finish(
     report.describe(surface, &mesh, samples, options.intersections)?;
     Ok(Meshed { mesh, report })
 }
-

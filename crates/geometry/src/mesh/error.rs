@@ -62,7 +62,8 @@ pub(super) fn refine(
             "{} edges are still farther than {most:e} from the surface or next to a triangle that is; the surface may bend sharply there",
             left.len()
         ));
-        let places = left.iter().map(|&(f, k)| vertices.points[triangles.faces[f as usize][k as usize] as usize]);
+        let places =
+            left.iter().map(|&(f, k)| vertices.points[triangles.faces[f as usize][k as usize] as usize]);
         report.doubtful.extend(places.take(MeshReport::MOST_PLACES));
     }
     Ok(())
@@ -80,7 +81,8 @@ fn bad_edges(
     let centre = distances(surface, &centres(&vertices.points, &triangles.faces))?;
     let mut edges: Vec<(u32, u8)> = Vec::new();
     for (f, v) in triangles.faces.iter().enumerate() {
-        let side = |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
+        let side =
+            |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
         if centre[f] > most {
             let k = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
             out.push((f as u32, k as u8));
@@ -92,7 +94,8 @@ fn bad_edges(
         .iter()
         .map(|&(f, k)| {
             let v = triangles.faces[f as usize];
-            let (p, q) = (vertices.points[v[k as usize] as usize], vertices.points[v[(k as usize + 1) % 3] as usize]);
+            let (p, q) =
+                (vertices.points[v[k as usize] as usize], vertices.points[v[(k as usize + 1) % 3] as usize]);
             [0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a])
         })
         .collect();
@@ -112,7 +115,8 @@ fn split(
     edges: Vec<(u32, u8)>,
 ) -> Result<(), FieldError> {
     let mut touched = vec![false; triangles.faces.len()];
-    let (mut points, mut normals, mut faces, mut chosen, mut spacing) = (vec![], vec![], vec![], vec![], vec![]);
+    let (mut points, mut normals, mut faces, mut chosen, mut spacing) =
+        (vec![], vec![], vec![], vec![], vec![]);
     for (f, k) in edges {
         let (f, k) = (f as usize, k as usize);
         let g = triangles.across[f][k];

@@ -105,7 +105,10 @@ impl MeshReport {
             ));
         }
         if !self.self_intersections.is_empty() {
-            self.warnings.push(format!("{} pairs of triangles pass through each other", self.self_intersections.len()));
+            self.warnings.push(format!(
+                "{} pairs of triangles pass through each other",
+                self.self_intersections.len()
+            ));
             let places = self.self_intersections.iter().map(|p| mesh.corners(p[0] as usize)[0]);
             self.doubtful.extend(places);
         }

@@ -68,7 +68,11 @@ impl Vertices {
     /// The spacing, as rings want it: one number where all are about equal.
     pub(super) fn reach(&self) -> Vec<f64> {
         let mean = self.mean();
-        if self.spacing.iter().all(|s| (s / mean - 1.0).abs() < 0.5) { vec![mean] } else { self.spacing.clone() }
+        if self.spacing.iter().all(|s| (s / mean - 1.0).abs() < 0.5) {
+            vec![mean]
+        } else {
+            self.spacing.clone()
+        }
     }
 
     /// Whether two vertices lie on one face of the bounds.
