@@ -23,6 +23,7 @@ from isoswarm.loading import from_function, load, parse
 from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
+from isoswarm.rendering import render, turntable
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
@@ -69,7 +70,9 @@ __all__ = [
     "parse",
     "read_atoms",
     "read_script",
+    "render",
     "sample",
     "shapes",
+    "turntable",
 ]
 __all__ += _adapters + _blobs + _errors + _shapes + _special

@@ -6,6 +6,7 @@ mod field;
 mod geometry;
 mod mesh;
 mod particles;
+mod render;
 mod scene;
 mod watch;
 
@@ -24,6 +25,8 @@ mod _core {
     use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
+    #[pymodule_export]
+    use crate::render::{Solid, Triangles, colors, render};
 
     #[pymodule_export]
     use crate::scene::{Scene, format_of, read_script};

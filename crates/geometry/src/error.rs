@@ -103,6 +103,9 @@ pub enum GeometryError {
     /// The caller asked to stop before the picture was done.
     #[error("the picture was cancelled before it was done; nothing was written")]
     Cancelled,
+    /// The field said no.
+    #[error(transparent)]
+    Field(#[from] isoswarm_field::FieldError),
 }
 
 impl GeometryError {

@@ -21,6 +21,7 @@ mod files;
 mod mesh;
 mod picture;
 mod points;
+pub mod render;
 
 pub use error::GeometryError;
 pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
@@ -29,7 +30,7 @@ pub use mesh::{
     Rule, Topology, mesh, mesh_samples,
 };
 pub use picture::{
-    Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
-    render_until,
+    Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,
+    Solid, Style, Subject, animate, colors, draw, render, render_framed, render_until,
 };
 pub use points::PointCloud;

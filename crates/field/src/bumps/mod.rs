@@ -4,6 +4,7 @@
 //! passes to find out which ones can be left out; here a grid of the bumps knows it, and one loop computes value and
 //! derivatives of each. The sum is recognised on the tape, so that it does not matter how a model was written.
 
+mod near;
 mod recognise;
 mod search;
 mod single;
@@ -20,6 +21,7 @@ use crate::FieldError;
 use crate::math;
 use crate::surface::{Aabb, Cells, Surface};
 use crate::tape::Tape;
+pub(crate) use near::Near;
 pub(crate) use terms::Terms;
 
 /// factor · exp(level − Σ_axis weight (x_axis − centre)²)

@@ -72,10 +72,10 @@ fn divide(sum: &Sum, open: &Open) -> Vec<Open> {
 }
 
 /// The range of the sum in a box.
-struct Range<'a> {
-    sum: &'a Sum,
-    bumps: &'a [Bump],
-    bounds: &'a Aabb,
+pub(super) struct Range<'a> {
+    pub(super) sum: &'a Sum,
+    pub(super) bumps: &'a [Bump],
+    pub(super) bounds: &'a Aabb,
 }
 
 /// Bumps that are handled side by side.

@@ -6,6 +6,7 @@ mod differences;
 mod evaluate;
 mod intervals;
 mod leaves;
+mod pieces;
 mod rows;
 mod surface;
 
@@ -18,6 +19,7 @@ use crate::program::{Program, Purpose};
 use crate::tape::Tape;
 use crate::{Aabb, FieldError};
 use leaves::{LeafOutputs, LeafStage};
+pub use pieces::{CompiledPiece, Piece, Pieces, Ranges};
 
 /// Points that one task evaluates.
 const CHUNK: usize = 1024;
