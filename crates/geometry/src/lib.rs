@@ -18,12 +18,14 @@
 
 mod error;
 mod files;
+mod measure;
 mod mesh;
 mod picture;
 mod points;
 
 pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
+pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};
 pub use mesh::{Fault, Mesh, Topology};
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
