@@ -26,7 +26,9 @@ mod points;
 pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
 pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};
-pub use mesh::{Fault, Mesh, Topology};
+pub use mesh::{
+    FaceQuality, Fault, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Topology, mesh, mesh_samples,
+};
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
     render_until,

@@ -1,7 +1,17 @@
 //! Triangles over the swarm: floaters are the vertices.
 
+mod build;
+mod connect;
+mod fill;
+mod quality;
+mod report;
+mod smooth;
+mod stitch;
 mod topology;
 
+pub use build::{MeshOptions, Meshed, Resolution, mesh, mesh_samples};
+pub use quality::{FaceQuality, Quality};
+pub use report::MeshReport;
 pub use topology::{Fault, Topology};
 
 use isoswarm_field::vector::{V3, cross, scale, sub};
