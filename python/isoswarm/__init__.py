@@ -20,6 +20,7 @@ from isoswarm.errors import __all__ as _errors
 from isoswarm.field import Field, Operand, Parameter, Parameters
 from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
+from isoswarm.measuring import Estimate, Measures, Moments, measure
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
 from isoswarm.samples import Evenness, Report, Samples
@@ -37,10 +38,13 @@ __all__ = [
     "Diagnosis",
     "DragResult",
     "Evenness",
+    "Estimate",
     "Field",
     "FitResult",
     "Floaters",
+    "Measures",
     "Moment",
+    "Moments",
     "Node",
     "Operand",
     "Parameter",
@@ -59,6 +63,7 @@ __all__ = [
     "from_function",
     "functions",
     "load",
+    "measure",
     "metrics",
     "molecule",
     "parse",

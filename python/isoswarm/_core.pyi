@@ -142,3 +142,18 @@ def animate(frames: list[bytes], seconds: float) -> bytes: ...
 def write_bytes(path: Path, content: bytes) -> None: ...
 def measure(points: Floats, normals: Floats, bounds: tuple[Corner, ...] | None, axes: int) -> dict[str, float]: ...
 def project(model: Model, points: Floats, size: float) -> tuple[Floats, Floats]: ...
+
+def measures(
+    model: Model,
+    *,
+    n: int | None,
+    spacing: float | None,
+    samples: tuple[Floats, Floats, Floats] | None,
+    lo: Corner,
+    hi: Corner,
+    seed: int,
+    tolerance: float,
+    most: int,
+    curvature: bool,
+    integrands: list[Callable[[Floats], Floats]],
+) -> dict[str, Any]: ...

@@ -4,6 +4,7 @@ mod callback;
 mod errors;
 mod field;
 mod geometry;
+mod measure;
 mod particles;
 mod scene;
 mod watch;
@@ -19,6 +20,8 @@ mod _core {
     use crate::field::{Model, kinds};
     #[pymodule_export]
     use crate::geometry::{Cloud, animate, write_bytes};
+    #[pymodule_export]
+    use crate::measure::measures;
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
 

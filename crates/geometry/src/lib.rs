@@ -27,7 +27,8 @@ pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
 pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};
 pub use mesh::{
-    FaceQuality, Fault, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Topology, mesh, mesh_samples,
+    FaceQuality, Fault, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Topology, mesh,
+    mesh_samples,
 };
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,

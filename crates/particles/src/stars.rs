@@ -219,8 +219,7 @@ impl Stars<'_> {
     /// but not reached does not matter.
     fn at_walls(&self, i: usize, others: &[u32]) -> bool {
         let walls = self.walls;
-        walls.touches(self.points[i])
-            || others.iter().any(|&j| walls.touches(self.points[j as usize]))
+        walls.touches(self.points[i]) || others.iter().any(|&j| walls.touches(self.points[j as usize]))
     }
 
     /// Clips the disc around sample `i` to its cell by the bisectors to those of `others` (numbers, repetitions do no

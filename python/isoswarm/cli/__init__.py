@@ -12,9 +12,10 @@ Exit codes, which stay as they are:
 ====  ==============================================================================
 """
 
-from isoswarm.cli import run as _run  # adds its command
+from isoswarm.cli import measure as _measure  # adds its command
+from isoswarm.cli import run as _run  # and this one
 from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
 
-del _run
+del _measure, _run

@@ -65,7 +65,11 @@ pub struct Meshed {
 ///
 /// # Errors
 /// Those of [`isoswarm_particles::sample`].
-pub fn mesh(surface: &dyn Surface, bounds: &Aabb, options: MeshOptions<'_>) -> Result<Meshed, particles::Error> {
+pub fn mesh(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    options: MeshOptions<'_>,
+) -> Result<Meshed, particles::Error> {
     let MeshOptions { resolution, density, smoothing, seed, most, progress } = options;
     let amount = match resolution {
         Resolution::Count(n) => Amount::Count(n),
@@ -94,7 +98,8 @@ pub fn mesh_samples(
     let spacing: Vec<f64> = samples.radii.iter().map(|r| 2.0 * r).collect();
     let mean = spacing.iter().sum::<f64>() / spacing.len().max(1) as f64;
     let even = spacing.iter().all(|s| (s / mean - 1.0).abs() < 0.5);
-    let stitched = stitch(&points, &normals, bounds, if even { std::slice::from_ref(&mean) } else { &spacing });
+    let stitched =
+        stitch(&points, &normals, bounds, if even { std::slice::from_ref(&mean) } else { &spacing });
     let mut report = MeshReport { filled: stitched.filled, ..MeshReport::default() };
     let mut triangles = Triangles::new(stitched.faces);
     let fixed: Vec<bool> = points.iter().map(|p| on_face(*p, bounds, mean)).collect();
@@ -127,5 +132,7 @@ pub fn mesh_samples(
 
 /// Whether a point lies on a face of the bounds, but for rounding.
 pub(super) fn on_face(p: V3, bounds: &Aabb, spacing: f64) -> bool {
-    (0..3).any(|a| (p[a] - bounds.lo[a]).abs() <= 1e-4 * spacing || (bounds.hi[a] - p[a]).abs() <= 1e-4 * spacing)
+    (0..3).any(|a| {
+        (p[a] - bounds.lo[a]).abs() <= 1e-4 * spacing || (bounds.hi[a] - p[a]).abs() <= 1e-4 * spacing
+    })
 }
