@@ -16,6 +16,7 @@
 //!
 //! [`save`] writes PLY, OBJ, CSV or NPZ, chosen by the file's ending, and never leaves half a file behind.
 
+mod certify;
 mod error;
 mod files;
 mod measure;
@@ -23,6 +24,7 @@ mod mesh;
 mod picture;
 mod points;
 
+pub use certify::{Certificate, CertifyOptions, Component, certify};
 pub use error::GeometryError;
 pub use files::{FileFormat, save, write_atomically};
 pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};

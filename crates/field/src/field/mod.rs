@@ -6,6 +6,7 @@ mod differences;
 mod evaluate;
 mod intervals;
 mod leaves;
+mod smooth;
 mod surface;
 
 use std::sync::{Arc, OnceLock};

@@ -184,7 +184,7 @@ impl Sums {
 
 /// Rounding error of an integral in parts of its absolute values: values and Jacobians carry a few units in the last
 /// place, of either sign.
-const ROUNDING: f64 = 2.0 * f64::EPSILON;
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 #[cfg(test)]
 mod tests {
