@@ -27,7 +27,7 @@ pub mod vector;
 pub mod vm;
 pub use dual::Dual;
 pub use error::FieldError;
-pub use field::Field;
+pub use field::{Field, Regularity};
 pub use graph::{Graph, MAX_AXES, Node};
 pub use interval::Interval;
 pub use model::{Callback, Leaf, Lowered, Model, ParamInfo};

@@ -9,6 +9,8 @@ mod leaves;
 mod smooth;
 mod surface;
 
+pub use smooth::Regularity;
+
 use std::sync::{Arc, OnceLock};
 
 use crate::bumps::Sum;

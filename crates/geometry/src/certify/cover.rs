@@ -1,7 +1,7 @@
 //! The surface inside a union of boxes: pieces that lie in different parts of it are different components.
 
 use isoswarm_field::vector::{along, scale};
-use isoswarm_field::{Aabb, FieldError};
+use isoswarm_field::{Aabb, FieldError, Regularity};
 use rayon::prelude::*;
 
 use super::Budget;
@@ -199,7 +199,8 @@ pub(super) fn around(
             // No piece is here, or its own, which the ray does not meet.
             continue;
         }
-        if let Ok(k) = owned {
+        let broken = system.regularity(&hull)? == Regularity::Broken;
+        if let (Ok(k), false) = (owned, broken) {
             let slope = inner(way, &system.gradient(&hull)?);
             let (f, g) = (system.value(&at(p))?, system.value(&at(q))?);
             if !slope.has_zero() && !f.has_zero() && !g.has_zero() {

@@ -6,7 +6,7 @@
 //! never proven, so that a proof says that the surface is smooth, too.
 
 use isoswarm_field::vector::V3;
-use isoswarm_field::{Aabb, FieldError, Interval};
+use isoswarm_field::{Aabb, FieldError, Interval, Regularity};
 use rayon::prelude::*;
 
 use super::Budget;
@@ -35,10 +35,14 @@ pub(super) struct Found {
     pub(super) points: Vec<Critical>,
     /// Boxes about which nothing could be proven.
     pub(super) doubtful: Vec<Aabb>,
+    /// Whether there were too few boxes.
+    pub(super) exhausted: bool,
 }
 
 /// Boxes narrower than this part of the whole are given up.
 const NARROWEST: f64 = 1e-9;
+/// The same at kinks, where nothing can be proven but that there is no critical point.
+const NARROWEST_AT_KINKS: f64 = 1e-3;
 /// How far a box is grown before Krawczyk's operator is tried, in parts of its width: solutions on the boundary of two
 /// boxes are found in both.
 const MARGIN: f64 = 0.125;
@@ -54,20 +58,24 @@ enum Outcome {
     Doubtful,
 }
 
-/// Searches the box.
+/// Searches the box, looking at `most` boxes or fewer.
 pub(super) fn search(
     system: &System<'_>,
     bounds: &Aabb,
+    most: usize,
     budget: &mut Budget<'_>,
 ) -> Result<Found, FieldError> {
     let narrowest = NARROWEST * bounds.diagonal();
-    let mut found = Found { points: Vec::new(), doubtful: Vec::new() };
+    let mut found = Found { points: Vec::new(), doubtful: Vec::new(), exhausted: false };
+    let mut left = most;
     let mut level = vec![*bounds];
     while !level.is_empty() {
-        if !budget.spend(level.len()) || found.doubtful.len() > MOST_DOUBTS {
+        found.exhausted = level.len() > left || !budget.spend(level.len());
+        if found.exhausted || found.doubtful.len() > MOST_DOUBTS {
             found.doubtful.extend(level);
             break;
         }
+        left -= level.len();
         let outcomes: Vec<Outcome> = level
             .par_iter()
             .with_min_len(16)
@@ -117,6 +125,16 @@ fn examine(system: &System<'_>, b: &Aabb, bounds: &Aabb, narrowest: f64) -> Resu
     if !value.has_zero() {
         return Ok(Outcome::Empty);
     }
+    let width = (0..3).map(|a| b.hi[a] - b.lo[a]).fold(0.0, f64::max);
+    let give_up = width < narrowest;
+    let undecided = || if give_up { Outcome::Doubtful } else { Outcome::Parts(halves(b, None)) };
+    let wide = grown(b);
+    let regularity = system.regularity(&wide)?;
+    if regularity == Regularity::Broken {
+        return Ok(undecided());
+    }
+    // A direction along which F grows or falls strictly makes the surface a graph over the plane across it, and the height
+    // a coordinate there, at kinks as well: no critical point.
     let gradient = system.gradient(b)?;
     let f = system.equations(value, &gradient);
     let c = centre(b);
@@ -124,16 +142,17 @@ fn examine(system: &System<'_>, b: &Aabb, bounds: &Aabb, narrowest: f64) -> Resu
     if f.iter().any(|f| !f.has_zero()) || !mean_value(value_here, &gradient, b, c).has_zero() {
         return Ok(Outcome::Empty);
     }
-    let width = (0..3).map(|a| b.hi[a] - b.lo[a]).fold(0.0, f64::max);
-    let give_up = width < narrowest;
-    let wide = grown(b);
+    if regularity == Regularity::Kinked {
+        let narrow = width < narrowest / NARROWEST * NARROWEST_AT_KINKS;
+        return Ok(if narrow { Outcome::Doubtful } else { Outcome::Parts(halves(b, None)) });
+    }
     let hessian = system.hessian(&wide)?;
     if hessian.iter().flatten().any(|h| !h.magnitude().is_finite()) {
-        return Ok(if give_up { Outcome::Doubtful } else { Outcome::Parts(halves(b, None)) });
+        return Ok(undecided());
     }
     let jacobian = system.jacobian(system.gradient(&wide)?, &hessian);
     let here = system.equations(value_here, &system.gradient(&at(c))?);
-    // The second and third equation by the mean value theorem, the first once more over the second order's slope.
+    // The second and third equation by the mean value theorem.
     if (1..3).any(|k| !mean_value(here[k], &jacobian[k], b, c).has_zero()) {
         return Ok(Outcome::Empty);
     }
@@ -144,9 +163,6 @@ fn examine(system: &System<'_>, b: &Aabb, bounds: &Aabb, narrowest: f64) -> Resu
     let Some(narrowed) = narrowed else { return Ok(Outcome::Empty) };
     let strictly = (0..3).all(|a| wide.lo[a] < k[a].lo && k[a].hi < wide.hi[a]);
     if strictly {
-        if !system.field.is_smooth(&wide.lo, &wide.hi)? {
-            return Ok(if give_up { Outcome::Doubtful } else { Outcome::Parts(halves(b, Some(&jacobian))) });
-        }
         let tight = tighten(system, Aabb::new(k.map(|v| v.lo), k.map(|v| v.hi)))?;
         if !touch(&tight, b) || !touch(&tight, bounds) {
             return Ok(Outcome::Empty);

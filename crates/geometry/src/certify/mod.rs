@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::GeometryError;
 use crate::mesh::Topology;
-use critical::{Critical, Found};
+use critical::Critical;
 use system::System;
 
 /// Heights that are tried, one after the other: directions that no model is likely to be aligned with.
@@ -34,7 +34,7 @@ const FACE_SHARE: usize = 50;
 
 /// How far [`certify`] may go.
 pub struct CertifyOptions<'a> {
-    /// Most boxes that are looked at. Default: 4 million, a minute or so for a short formula.
+    /// Most boxes that are looked at. Default: 2 million, half a minute or so for a short formula.
     pub boxes: usize,
     /// Called between steps with the number of boxes looked at; `false` ends the work, and what is known is returned.
     pub goes_on: Option<&'a mut dyn FnMut(usize) -> bool>,
@@ -42,7 +42,7 @@ pub struct CertifyOptions<'a> {
 
 impl Default for CertifyOptions<'_> {
     fn default() -> Self {
-        Self { boxes: 4_000_000, goes_on: None }
+        Self { boxes: 2_000_000, goes_on: None }
     }
 }
 
@@ -60,7 +60,8 @@ pub struct Component {
 /// What is proven of a surface. Proofs hold for F as interval arithmetic evaluates it, where it is defined.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Certificate {
-    /// Whether all is: the surface in the bounds is closed and smooth, and `euler` and `components` are right.
+    /// Whether all is: the surface in the bounds is closed, without singular points, and `euler` and `components` are right.
+    /// Creases may run where the height of the proof has no critical points.
     pub proven: bool,
     /// Euler characteristic of the whole; proven where it is there.
     pub euler: Option<i64>,
@@ -110,10 +111,13 @@ impl fmt::Display for Certificate {
         if !self.proven {
             return write!(out, "not proven: {}", self.reason);
         }
+        if self.components.is_empty() {
+            return out.write_str("proven: there is no surface in the bounds");
+        }
         let genus: Vec<String> = self.components.iter().map(|c| c.genus.to_string()).collect();
         write!(
             out,
-            "proven: closed and smooth, {} component{} of genus {}",
+            "proven: closed, {} component{} of genus {}",
             genus.len(),
             if genus.len() == 1 { "" } else { "s" },
             genus.join(", ")
@@ -167,7 +171,7 @@ pub fn certify(
 ) -> Result<Certificate, GeometryError> {
     check(field, bounds)?;
     let mut budget = Budget { left: options.boxes, spent: 0, goes_on: options.goes_on };
-    let first = System::new(field, unit(DIRECTIONS[0]));
+    let first = System::new(field, unit(DIRECTIONS[0]), bounds)?;
     let mut out = Certificate::default();
     out.doubtful = faces(&first, bounds, &mut budget)?;
     if !out.doubtful.is_empty() {
@@ -177,21 +181,23 @@ pub fn certify(
                 .into();
         return Ok(finished(out, &budget));
     }
-    for direction in DIRECTIONS {
-        let system = System::new(field, unit(direction));
-        let Found { points, doubtful } = critical::search(&system, bounds, &mut budget)?;
-        if doubtful.is_empty() {
-            return by_critical_points(&system, bounds, points, budget);
+    let mut exhausted = false;
+    for (k, direction) in DIRECTIONS.into_iter().enumerate() {
+        let system = System::new(field, unit(direction), bounds)?;
+        let most = budget.left / (DIRECTIONS.len() - k);
+        let found = critical::search(&system, bounds, most, &mut budget)?;
+        if found.doubtful.is_empty() {
+            return by_critical_points(&system, bounds, found.points, budget);
         }
         // The direction that leaves fewest doubts tells most.
-        if out.doubtful.is_empty() || doubtful.len() < out.doubtful.len() {
-            out.doubtful = doubtful;
+        if out.doubtful.is_empty() || found.doubtful.len() < out.doubtful.len() {
+            (out.doubtful, exhausted) = (found.doubtful, found.exhausted);
         }
         if budget.left == 0 {
             break;
         }
     }
-    out.reason = if budget.left == 0 {
+    out.reason = if exhausted {
         "the budget of boxes was used up before all critical points were isolated; allow more, or look there for singular \
          points, creases or very thin parts"
             .into()
@@ -277,11 +283,13 @@ fn by_critical_points(
     points.iter().for_each(|p| out.critical[p.index as usize] += 1);
     let class = classes(system, bounds, &points)?;
     let joined = class.iter().flatten().max().map_or(0, |m| m + 1);
+    if points.is_empty() {
+        out.proven = true;
+        return Ok(finished(out, &budget));
+    }
     if joined <= 1 || out.critical[2] == 1 {
         // One minimum, or minima that are joined, or one maximum: one component.
-        if let Some(euler) = out.euler.filter(|_| !points.is_empty()) {
-            out.components.push(component(euler, Some(Vec::new())));
-        }
+        out.components.extend(out.euler.map(|euler| component(euler, Some(Vec::new()))));
         out.proven = true;
         return Ok(finished(out, &budget));
     }

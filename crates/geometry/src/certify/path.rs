@@ -5,7 +5,7 @@
 //! each, so that strips in a row join into one connected piece of the surface.
 
 use isoswarm_field::vector::{V3, add, along, distance, dot, norm, scale, sub, unit};
-use isoswarm_field::{Aabb, Field, FieldError, Interval, Surface};
+use isoswarm_field::{Aabb, Field, FieldError, Interval, Regularity, Surface};
 
 use super::critical::Critical;
 use super::system::{System, at, centre, inner, point};
@@ -156,8 +156,10 @@ fn grows(system: &System<'_>, b: &Aabb, offset: V3) -> Result<bool, FieldError> 
     const PARTS: i32 = 8;
     for k in -PARTS..PARTS {
         let part = |k: i32| moved(b, scale(offset, f64::from(k) / f64::from(PARTS)));
-        let slope = inner(offset, &system.gradient(&hull(&part(k), &part(k + 1)))?);
-        if !(slope.lo > 0.0) {
+        let piece = hull(&part(k), &part(k + 1));
+        if system.regularity(&piece)? == Regularity::Broken
+            || inner(offset, &system.gradient(&piece)?).lo <= 0.0
+        {
             return Ok(false);
         }
     }
@@ -170,6 +172,9 @@ fn one_sign(system: &System<'_>, p: V3, q: V3, sign: f64, depth: u32) -> Result<
     let is = |v: Interval| if sign < 0.0 { v.hi < 0.0 } else { v.lo > 0.0 };
     if is(system.value(&b)?) {
         return Ok(true);
+    }
+    if system.regularity(&b)? == Regularity::Broken {
+        return Ok(false);
     }
     // By the mean value theorem along the segment; the middle is rounded, so it is taken with the box around it.
     let middle = [0, 1, 2].map(|k| Interval::new(0.5, 0.5) * (point(p[k]) + point(q[k])));

@@ -1,7 +1,7 @@
 //! Interval enclosures of a field and its derivatives over boxes, and of the equations of its critical points.
 
 use isoswarm_field::vector::{V3, frame};
-use isoswarm_field::{Aabb, Field, FieldError, Interval};
+use isoswarm_field::{Aabb, Field, FieldError, Interval, Regularity};
 
 pub(super) type I3 = [Interval; 3];
 pub(super) type M3 = [I3; 3];
@@ -39,12 +39,20 @@ pub(super) struct System<'a> {
     pub(super) h: V3,
     pub(super) u: V3,
     pub(super) v: V3,
+    /// Whether F is smooth all over the bounds.
+    smooth: bool,
 }
 
 impl<'a> System<'a> {
-    pub(super) fn new(field: &'a Field, h: V3) -> Self {
+    pub(super) fn new(field: &'a Field, h: V3, bounds: &Aabb) -> Result<Self, FieldError> {
         let (u, v) = frame(h);
-        Self { field, h, u, v }
+        let smooth = field.regularity(&bounds.lo, &bounds.hi)? == Regularity::Smooth;
+        Ok(Self { field, h, u, v, smooth })
+    }
+
+    /// How regular F is over a box, which may stick out of the bounds a little.
+    pub(super) fn regularity(&self, b: &Aabb) -> Result<Regularity, FieldError> {
+        if self.smooth { Ok(Regularity::Smooth) } else { self.field.regularity(&b.lo, &b.hi) }
     }
 
     /// F over a box.
@@ -85,6 +93,9 @@ pub(super) fn mean_value(at_centre: Interval, slope: &I3, b: &Aabb, c: V3) -> In
 pub(super) fn excludes(system: &System<'_>, b: &Aabb) -> Result<bool, FieldError> {
     if !system.value(b)?.has_zero() {
         return Ok(true);
+    }
+    if system.regularity(b)? == Regularity::Broken {
+        return Ok(false);
     }
     let slope = system.gradient(b)?;
     let c = centre(b);
