@@ -14,6 +14,7 @@ from isoswarm.adapters import *  # noqa: F403
 from isoswarm.adapters import __all__ as _adapters
 from isoswarm.bumps import *  # noqa: F403
 from isoswarm.bumps import __all__ as _blobs
+from isoswarm.certifying import Certificate, Component, certify
 from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, diagnose
 from isoswarm.errors import *  # noqa: F403
 from isoswarm.errors import __all__ as _errors
@@ -34,6 +35,8 @@ from isoswarm.special import __all__ as _special
 
 __all__ = [
     "Atoms",
+    "Certificate",
+    "Component",
     "DerivativeCheck",
     "Diagnosis",
     "DragResult",
@@ -57,6 +60,7 @@ __all__ = [
     "SceneParameters",
     "Transfer",
     "__version__",
+    "certify",
     "check_derivatives",
     "diagnose",
     "errors",

@@ -77,11 +77,20 @@ struct Request {
 fn run(surface: &dyn Surface, request: &Request) -> PyResult<(Meshed, Measures)> {
     let mut watch = Watch::new(None, None);
     let meshed = match &request.samples {
-        Some(samples) => core::mesh_samples(surface, &request.bounds, samples, 0),
+        Some(samples) => {
+            let options = MeshOptions { smoothing: 0, intersections: false, ..Default::default() };
+            core::mesh_samples(surface, &request.bounds, samples, &options)
+        }
         None => {
             let mut tick = |progress: &isoswarm_particles::Progress| watch.tick(progress);
             let (resolution, seed) = (request.resolution, request.seed);
-            let options = MeshOptions { resolution, seed, progress: Some(&mut tick), ..Default::default() };
+            let options = MeshOptions {
+                resolution,
+                seed,
+                intersections: false,
+                progress: Some(&mut tick),
+                ..Default::default()
+            };
             core::mesh(surface, &request.bounds, options)
         }
     };

@@ -31,9 +31,12 @@ mod swarm;
 use isoswarm_field::vector;
 
 pub use constraint::floater_velocity;
+pub use curvature::principal_curvatures;
 pub use error::Error;
+pub use neighbors::{Grid, Neighbors, Reach, spatial_order};
 pub use options::{Amount, Density, DensityFn, Method, Options, Phase, Progress, ProgressFn, Stop};
 pub use project::project;
 pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;
 pub use sample::sample;
+pub use swarm::same_sheet;

@@ -1,6 +1,7 @@
 //! Triangles that know their neighbours: flips.
 
 use isoswarm_field::vector::{V3, add, cross, dot, norm, sub};
+use rayon::prelude::*;
 
 /// No face on the other side.
 pub(super) const NONE: u32 = u32::MAX;
@@ -15,7 +16,6 @@ pub(super) struct Triangles {
 impl Triangles {
     /// Finds the neighbours. Edges of more than two faces, or of two that run along it in the same direction, get none.
     pub(super) fn new(faces: Vec<[u32; 3]>) -> Self {
-        use rayon::prelude::*;
         // Edge, and three times the face plus the corner.
         let mut sides: Vec<(u64, u32)> = Vec::with_capacity(3 * faces.len());
         for (f, v) in faces.iter().enumerate() {
@@ -56,7 +56,7 @@ impl Triangles {
     }
 
     /// Whether two vertices are joined by an edge, as seen from the fan of faces around `c` that has face `f`.
-    fn joined(&self, c: u32, d: u32, f: usize) -> bool {
+    pub(super) fn joined(&self, c: u32, d: u32, f: usize) -> bool {
         let mut g = f;
         for _ in 0..64 {
             let Some(k) = self.corner(g, c) else { return true };
@@ -86,6 +86,82 @@ impl Triangles {
             g = other as usize;
         }
         true
+    }
+
+    /// The faces around vertex `v`, counter-clockwise from face `f` on, each with the neighbour that comes first in it; `None` where
+    /// they do not close.
+    pub(super) fn fan(&self, v: u32, f: usize) -> Option<Vec<(u32, u32)>> {
+        let mut out = Vec::with_capacity(8);
+        let mut g = f;
+        for _ in 0..64 {
+            let k = self.corner(g, v)?;
+            out.push((g as u32, self.faces[g][(k + 1) % 3]));
+            let other = self.across[g][(k + 2) % 3];
+            if other == NONE {
+                return None;
+            }
+            g = other as usize;
+            if g == f {
+                return Some(out);
+            }
+        }
+        None
+    }
+
+    /// The face over the edge of face `f` that starts at `a`.
+    pub(super) fn over(&self, f: usize, a: u32) -> u32 {
+        self.corner(f, a).map_or(NONE, |k| self.across[f][k])
+    }
+
+    /// Makes face `f` what it says, and tells its neighbours.
+    pub(super) fn set(&mut self, f: usize, corners: [u32; 3], across: [u32; 3]) {
+        self.faces[f] = corners;
+        self.across[f] = across;
+        for k in 0..3 {
+            // The neighbour runs along the edge the other way.
+            self.relink(across[k], corners[(k + 1) % 3], f as u32);
+        }
+    }
+
+    /// Puts vertex `u` on edge `k` of face `f`: each of the edge's faces becomes two.
+    pub(super) fn split(&mut self, f: usize, k: usize, u: u32) {
+        let other = self.opposite(f, k);
+        let (a, b, c) = (self.faces[f][k], self.faces[f][(k + 1) % 3], self.faces[f][(k + 2) % 3]);
+        let (bc, ca) = (self.across[f][(k + 1) % 3], self.across[f][(k + 2) % 3]);
+        let x = self.faces.len();
+        self.faces.push([u, b, c]);
+        self.across.push([NONE; 3]);
+        let Some((_, d, g, l)) = other else {
+            self.set(f, [a, u, c], [NONE, x as u32, ca]);
+            self.set(x, [u, b, c], [NONE, bc, f as u32]);
+            return;
+        };
+        let (ad, db) = (self.across[g][(l + 1) % 3], self.across[g][(l + 2) % 3]);
+        let y = self.faces.len();
+        self.faces.push([u, d, b]);
+        self.across.push([NONE; 3]);
+        self.faces[f] = [a, u, c];
+        self.faces[g] = [u, a, d];
+        self.set(f, [a, u, c], [g as u32, x as u32, ca]);
+        self.set(g, [u, a, d], [f as u32, ad, y as u32]);
+        self.set(x, [u, b, c], [y as u32, bc, f as u32]);
+        self.set(y, [u, d, b], [g as u32, db, x as u32]);
+    }
+
+    /// Keeps the faces that are not `dead`.
+    pub(super) fn drop_faces(&mut self, dead: &[bool]) {
+        let mut number = Vec::with_capacity(dead.len());
+        let mut n = 0;
+        for d in dead {
+            number.push(if *d { NONE } else { n });
+            n += u32::from(!d);
+        }
+        let live = |k: &usize| !dead[*k];
+        self.faces = (0..dead.len()).filter(live).map(|k| self.faces[k]).collect();
+        self.across = (0..dead.len())
+            .filter(live)
+            .map(|k| self.across[k].map(|g| if g == NONE { NONE } else { number[g as usize] }))
+            .collect();
     }
 
     /// Replaces edge `k` of face `f` by the other diagonal of its two faces. Whether that was possible: not where there is such an
