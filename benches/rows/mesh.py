@@ -36,7 +36,15 @@ def _beside_cgal(options: Options, name: str, formula: str, half: float) -> list
     return [
         Row(goal, text, peer, peer_time / seconds, "x", 5.0, 10.0, data=data),
         Row(f"{goal}: Q_avg", f"{q.q_avg:.3f}", f"{theirs.q_avg:.3f}", q.q_avg, "", 0.92, 0.95),
-        Row(f"{goal}: least angle", f"{q.smallest_angle:.1f}", f"{theirs.smallest_angle:.1f}", q.smallest_angle, "°", 30, 35),
+        Row(
+            f"{goal}: least angle",
+            f"{q.smallest_angle:.1f}",
+            f"{theirs.smallest_angle:.1f}",
+            q.smallest_angle,
+            "°",
+            30,
+            35,
+        ),
     ]
 
 

@@ -216,6 +216,7 @@ def mesh_samples(
     smoothing: int | None,
     intersections: bool,
 ) -> dict[str, Any]: ...
+
 class LiveMesh:
     def __new__(cls, lo: Corner, hi: Corner) -> LiveMesh: ...
     def update(
@@ -237,3 +238,18 @@ def save_mesh(
 def write_bytes(path: Path, content: bytes) -> None: ...
 def measure(points: Floats, normals: Floats, bounds: tuple[Corner, ...] | None, axes: int) -> dict[str, float]: ...
 def project(model: Model, points: Floats, size: float) -> tuple[Floats, Floats]: ...
+def measures(
+    model: Model,
+    *,
+    n: int | None,
+    spacing: float | None,
+    samples: tuple[Floats, Floats, Floats] | None,
+    lo: Corner,
+    hi: Corner,
+    seed: int,
+    tolerance: float,
+    most: int,
+    curvature: bool,
+    integrands: list[Callable[[Floats], Floats]],
+) -> dict[str, Any]: ...
+def certify(model: Model, *, lo: Corner, hi: Corner, boxes: int) -> dict[str, Any]: ...

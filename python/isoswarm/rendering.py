@@ -291,7 +291,8 @@ def _cloud(clouds: list[Samples], values: Any) -> _core.Cloud | None:
     if not clouds:
         return None
     one = {
-        name: np.concatenate([getattr(c, name) for c in clouds]) for name in ("points", "normals", "radii", "curvatures")
+        name: np.concatenate([getattr(c, name) for c in clouds])
+        for name in ("points", "normals", "radii", "curvatures")
     }
     colors = None
     if values is not None and not isinstance(values, Field):

@@ -1,9 +1,11 @@
 //! `isoswarm._core`: the Rust core as Python sees it. Glue only; one file for each core crate, and what they share.
 mod arrays;
 mod callback;
+mod certify;
 mod errors;
 mod field;
 mod geometry;
+mod measure;
 mod mesh;
 mod particles;
 mod render;
@@ -18,9 +20,13 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::certify::certify;
+    #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
     use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
+    #[pymodule_export]
+    use crate::measure::measures;
     #[pymodule_export]
     use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
     #[pymodule_export]

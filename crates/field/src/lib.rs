@@ -29,7 +29,7 @@ pub mod vector;
 pub mod vm;
 pub use dual::Dual;
 pub use error::FieldError;
-pub use field::{CompiledPiece, Field, Piece, Pieces, Ranges};
+pub use field::{CompiledPiece, Field, Piece, Pieces, Ranges, Regularity};
 pub use graph::{Graph, MAX_AXES, Node};
 pub use interval::Interval;
 pub use model::{Callback, Leaf, Lowered, Model, ParamInfo};

@@ -8,7 +8,10 @@ mod intervals;
 mod leaves;
 mod pieces;
 mod rows;
+mod smooth;
 mod surface;
+
+pub use smooth::Regularity;
 
 use std::sync::{Arc, OnceLock};
 
