@@ -1,5 +1,6 @@
 //! isoswarm-field: what a surface is.
 mod bumps;
+mod closed;
 mod cut;
 mod dual;
 mod error;
@@ -18,6 +19,7 @@ mod program;
 mod prune;
 mod regions;
 pub mod scalar;
+mod sparse;
 pub mod surface;
 mod tape;
 #[cfg(any(test, feature = "testkit"))]
@@ -27,12 +29,13 @@ pub mod vector;
 pub mod vm;
 pub use dual::Dual;
 pub use error::FieldError;
-pub use field::Field;
+pub use field::{CompiledPiece, Field, Piece, Pieces, Ranges, Regularity};
 pub use graph::{Graph, MAX_AXES, Node};
 pub use interval::Interval;
 pub use model::{Callback, Leaf, Lowered, Model, ParamInfo};
 pub use op::Op;
 pub use regions::{Narrowed, RegionOptions};
 pub use scalar::Scalar;
+pub use sparse::SparseRows;
 pub use surface::{Aabb, Cells, Parametric, Surface};
 pub use tape::Tape;

@@ -16,7 +16,7 @@ fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u: u32) -> V
 
 /// The first two operands' values.
 #[inline(always)]
-fn operands<U: Copy, V: Scalar + From<U>>(
+pub(crate) fn operands<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
     shared: &[U],
     values: &[V],

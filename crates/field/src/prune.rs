@@ -23,6 +23,13 @@ pub(crate) struct Scratch {
     became: Vec<Operand>,
 }
 
+impl Scratch {
+    /// After [`Tape::decide`]: how many instructions are reached in box `lane`.
+    pub(crate) fn kept(&self, lane: usize) -> usize {
+        self.kept[lane].len()
+    }
+}
+
 /// An instruction that is reached in a box.
 #[derive(Clone, Copy, Debug)]
 struct Kept {

@@ -19,6 +19,7 @@ mod project;
 mod random;
 mod relax;
 mod report;
+mod repulsion;
 mod rings;
 pub mod rng;
 mod run;
