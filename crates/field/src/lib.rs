@@ -19,6 +19,7 @@ mod prune;
 mod regions;
 pub mod scalar;
 pub mod surface;
+pub mod switches;
 mod tape;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
@@ -35,4 +36,5 @@ pub use op::Op;
 pub use regions::{Narrowed, RegionOptions};
 pub use scalar::Scalar;
 pub use surface::{Aabb, Cells, Parametric, Surface};
+pub use switches::Switches;
 pub use tape::Tape;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::Error;
 use crate::constraint::{Target, project};
+use crate::creases::Creases;
 use crate::curvature;
 use crate::metrics::{mean_nearest, of_census};
 use crate::options::Phase;
@@ -12,7 +13,7 @@ use crate::population::{census, faces};
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
 use crate::seeding::{Seeds, divide};
-use crate::swarm::Swarm;
+use crate::swarm::{FREE, Swarm};
 
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
 const FINE: f64 = 1.0;
@@ -27,6 +28,7 @@ impl Samples {
             areas: Vec::new(),
             curvatures: Vec::new(),
             component: Vec::new(),
+            creases: None,
             report: Report {
                 status,
                 components: 0,
@@ -55,6 +57,7 @@ pub(crate) fn finish(
     mut swarm: Swarm,
     unit: f64,
     status: Status,
+    creases: Option<Creases>,
 ) -> Result<Samples, Error> {
     run.tell(Phase::Finishing, 0.9, swarm.len());
     let walls = seeds.walls;
@@ -62,8 +65,11 @@ pub(crate) fn finish(
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
     let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
+    if let Some(creases) = &creases {
+        put_creases_first(&mut swarm, creases);
+    }
     let max_error = left.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
-    let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
+    let singular = (0..swarm.len()).filter(|&i| swarm.normals[i] == [0.0; 3] && !swarm.is_held(i)).count();
     let faces = faces(&walls, unit);
     let on_bounds = swarm.points.par_iter().filter(|p| faces.touches(**p)).count();
     let mut first = census(&swarm, &walls, unit);
@@ -99,12 +105,16 @@ pub(crate) fn finish(
             100.0 * fine as f64 / curvatures.len() as f64
         ));
     }
+    if let Some(creases) = &creases {
+        swarm.normals[..creases.points.len()].copy_from_slice(&creases.mean_normals());
+    }
     run.tell(Phase::Finishing, 1.0, swarm.len());
     Ok(Samples {
         radii: first.cells.iter().map(|c| 0.5 * c.mean).collect(),
         areas: first.cells.iter().map(|c| c.area).collect(),
         curvatures,
         component,
+        creases,
         report: Report {
             status,
             components,
@@ -124,6 +134,17 @@ pub(crate) fn finish(
         points: swarm.points,
         normals: swarm.normals,
     })
+}
+
+/// Brings the floaters on creases to the front, in the order of the creases' points and exactly there.
+fn put_creases_first(swarm: &mut Swarm, creases: &Creases) {
+    let mut order: Vec<u32> = (0..swarm.len() as u32).collect();
+    // Those that are free have the largest number and keep their order.
+    order.sort_by_key(|&i| swarm.held.get(i as usize).copied().unwrap_or(FREE));
+    *swarm = swarm.pick(&order);
+    for (i, p) in creases.points.iter().enumerate() {
+        (swarm.points[i], swarm.normals[i]) = (*p, [0.0; 3]);
+    }
 }
 
 /// Labels numbered anew in the order of first appearance, and how many there are.
