@@ -35,19 +35,6 @@ pub enum Error {
         /// The least number that can be met.
         components: usize,
     },
-    /// Fewer samples asked for than the surface's edges take.
-    #[error(
-        "n: the surface's edges take {creases} of the {n} samples and each of its {components} components gets one; ask for \
-         more samples, or for none on edges"
-    )]
-    TooFewForCreases {
-        /// What was asked for.
-        n: usize,
-        /// Samples on edges.
-        creases: usize,
-        /// Connected components.
-        components: usize,
-    },
     /// More samples than the limit on points or memory allows.
     #[error(
         "about {estimate:.3e} samples ({bytes:.1e} bytes) would be needed and the limit is {limit}; \

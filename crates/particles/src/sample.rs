@@ -88,8 +88,13 @@ fn find_creases(
     };
     let found = creases::creases(surface, bounds, CreaseOptions::new(spacing))?;
     run.warnings.extend(found.warnings.iter().cloned());
-    if found.points.len() + seeds.components > n {
-        return Err(Error::TooFewForCreases { n, creases: found.points.len(), components: seeds.components });
+    let (taken, least) = (found.points.len(), 2 * found.points.len() + seeds.components);
+    if taken > 0 && least > n {
+        run.warnings.push(format!(
+            "the surface's edges would take {taken} of the {n} samples, more than half: no samples were placed on them; ask \
+             for at least {least}"
+        ));
+        return Ok(None);
     }
     Ok((!found.points.is_empty()).then_some(found))
 }

@@ -59,17 +59,20 @@ fn circles_are_closed_and_as_long_as_they_should_be() {
 #[test]
 fn the_classic_part_has_the_edges_that_theory_counts() {
     let c = find(CSG, 1.05, 0.05);
-    // Cube and ball: a circle on each face (the sphere cuts the cube's edges off as |(.75, .75, 0)| > 1). Cube and cylinders:
-    // a circle on each face. Cylinders among each other, inside: of the curves of each pair, x = +-y, what lies outside of
-    // the third: 8 corners where all three meet (x² = y² = z² = .08), 12 half ellipses between... see the counts below.
+    // The sphere cuts the cube's edges off, as |(.75, .75, 0)| > 1, and leaves a circle on each face; each end of a cylinder
+    // gives another. Inside, two cylinders meet where y² = z², which is an edge of the part where the third is farther
+    // out: a quarter of an ellipse between two of the eight points x² = y² = z² = .08, twelve of them.
     let closed: Vec<f64> = c.edges.iter().filter(|e| e.closed).map(|e| e.length).collect();
     let rim = 2.0 * PI * (1.0f64 - 0.75 * 0.75).sqrt();
     assert_eq!(closed.iter().filter(|l| (*l / rim - 1.0).abs() < 1e-8).count(), 6, "{closed:?}");
     assert_eq!(closed.iter().filter(|l| (*l / (2.0 * PI * 0.4) - 1.0).abs() < 1e-8).count(), 6, "{closed:?}");
-    for e in &c.edges {
-        println!("{} {:?} {} {:?}", e.length, e.ends, e.closed, c.points[e.points[0] as usize]);
-    }
-    println!("{:?}", c.corners.iter().map(|&i| c.points[i as usize]).collect::<Vec<_>>());
+    // ∫ .4 √(1 + sin² φ) dφ from -π/4 to π/4, by Simpson's rule.
+    let speed = |k: usize| 0.4 * (1.0 + ((k as f64 / 200.0 - 0.5) * PI / 2.0).sin().powi(2)).sqrt();
+    let weight = |k: usize| if k == 0 || k == 200 { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+    let quarter: f64 = (0..=200).map(|k| weight(k) * speed(k)).sum::<f64>() * PI / 2.0 / 600.0;
+    let open: Vec<f64> = c.edges.iter().filter(|e| !e.closed).map(|e| e.length).collect();
+    assert_eq!((open.len(), c.corners.len()), (12, 8));
+    open.iter().for_each(|l| near(*l, quarter, 1e-7));
 }
 
 #[test]
@@ -93,4 +96,124 @@ fn primitives_have_the_edges_that_they_should_have() {
             near(c.length(), length, 1e-6);
         }
     }
+}
+
+#[test]
+fn a_turned_or_scaled_cube_is_a_cube() {
+    for (k, angle) in [0.3, 1.0, 2.2].into_iter().enumerate() {
+        let axis = ["ax=0.3, ay=1, az=-0.2", "ax=1, ay=1, az=1", "ax=-0.1, ay=0.2, az=1"][k];
+        let c = find(&format!("rotate(box(2, 2, 2), angle={angle}, {axis})"), 1.9, 0.1);
+        assert_eq!((c.corners.len(), c.edges.len()), (8, 12), "{axis}");
+        near(c.length(), 24.0, 1e-12);
+        for p in &c.corners {
+            let p = c.points[*p as usize];
+            near(p.iter().map(|v| v * v).sum::<f64>(), 3.0, 1e-14);
+        }
+    }
+    for size in [1e-6, 1e6] {
+        let c =
+            find(&format!("scale(rotate(box(2, 2, 2), angle=0.3, ax=1), s={size})"), 1.9 * size, 0.1 * size);
+        assert_eq!((c.corners.len(), c.edges.len()), (8, 12), "{size}");
+        near(c.length(), 24.0 * size, 1e-12);
+        let c = find(&format!("scale(cylinder(r=1, h=2), s={size})"), 1.9 * size, 0.1 * size);
+        assert_eq!((c.corners.len(), c.edges.len()), (0, 2), "{size}");
+        near(c.length(), 4.0 * PI * size, 1e-8);
+    }
+}
+
+#[test]
+fn creases_do_not_depend_on_the_number_of_threads() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| find(CSG, 1.05, 0.07))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn bounds_end_creases() {
+    let f = field(CUBE);
+    let c = creases(&f, &Aabb::new([-1.2, -1.2, 0.25], [1.2, 1.2, 1.2]), CreaseOptions::new(0.1)).unwrap();
+    let walls = c.edges.iter().flat_map(|e| e.ends).filter(|e| *e == End::Wall).count();
+    assert_eq!((c.corners.len(), c.edges.len(), walls), (4, 8, 4));
+    near(c.length(), 4.0 * 2.0 + 4.0 * 0.75, 1e-12);
+}
+
+#[test]
+fn where_an_edge_fades_it_ends() {
+    // The sides are z = 0 and z = .3 x y where that is below 0: along x = 0 and y = 0 they meet at the angles .3 |y| and
+    // .3 x, which reach .02 at .0667.
+    let c = find("max(z, z - 0.3*max(x, 0)*y)", 1.0, 0.1);
+    assert_eq!(c.edges.len(), 2);
+    for e in &c.edges {
+        assert_eq!(e.ends.iter().filter(|e| **e == End::Fade).count(), 1, "{:?}", e.ends);
+        near(e.length, 1.0 - 0.02 / 0.3, 1e-3);
+    }
+}
+
+#[test]
+fn what_is_opaque_says_so() {
+    struct Black;
+    impl isoswarm_field::Surface for Black {
+        fn value_gradient(
+            &self,
+            p: &[[f64; 3]],
+            value: &mut [f64],
+            gradient: &mut [[f64; 3]],
+        ) -> Result<(), isoswarm_field::FieldError> {
+            for i in 0..p.len() {
+                (value[i], gradient[i]) = (p[i][2], [0.0, 0.0, 1.0]);
+            }
+            Ok(())
+        }
+        fn hessian(&self, _: &[[f64; 3]], h: &mut [[f64; 6]]) -> Result<(), isoswarm_field::FieldError> {
+            h.fill([0.0; 6]);
+            Ok(())
+        }
+    }
+    let c = creases(&Black, &Aabb::new([-1.0; 3], [1.0; 3]), CreaseOptions::new(0.1)).unwrap();
+    assert!(c.edges.is_empty() && !c.certified && c.warnings.len() == 1);
+}
+
+#[test]
+fn samples_of_a_cube_stand_on_its_edges_and_its_area_is_right() {
+    use isoswarm_particles::{Amount, Options, Status, sample};
+    for n in [1000, 5000] {
+        let options = Options { amount: Amount::Count(n), creases: true, ..Options::default() };
+        let s = sample(&field(CUBE), &Aabb::new([-1.2; 3], [1.2; 3]), options).unwrap();
+        assert_eq!(s.points.len(), n);
+        let c = s.creases.as_ref().unwrap();
+        assert_eq!(s.points[..c.points.len()], c.points[..]);
+        println!("{n}: {:?} {}", s.report, c.points.len());
+        // Others keep off the edges.
+        let spacing = s.report.spacing;
+        let mut nearest = f64::INFINITY;
+        for p in &s.points[c.points.len()..] {
+            let mut q = p.map(f64::abs);
+            q.sort_by(f64::total_cmp);
+            nearest = nearest.min(1.0 - q[1]);
+            assert!(1.0 - q[1] > 0.3 * spacing, "{p:?}");
+        }
+        println!("nearest {}", nearest / spacing);
+        assert_eq!(s.report.status, Status::Converged);
+    }
+}
+
+#[test]
+fn a_large_part_has_all_its_edges() {
+    let text =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/csg_part.vm")).unwrap();
+    let f = Field::new(&isoswarm_field::vm::parse_vm(&text).unwrap()).unwrap();
+    let c = creases(&f, &Aabb::new([-1.1; 3], [1.1; 3]), CreaseOptions::new(0.02)).unwrap();
+    let lost = c.edges.iter().filter(|e| !e.closed).flat_map(|e| e.ends).filter(|e| *e == End::Lost).count();
+    println!("{} corners, {} edges, {} lost, {:?}", c.corners.len(), c.edges.len(), lost, c.warnings);
+    // Each end of an edge is a corner with at least three.
+    let mut ends = vec![0; c.points.len()];
+    for e in c.edges.iter().filter(|e| !e.closed) {
+        ends[e.points[0] as usize] += 1;
+        ends[*e.points.last().unwrap() as usize] += 1;
+    }
+    let few: Vec<_> =
+        c.corners.iter().filter(|i| ends[**i as usize] < 3).map(|i| c.points[*i as usize]).collect();
+    println!("{} corners with fewer than three edges: {few:?}", few.len());
 }

@@ -97,7 +97,7 @@ impl Creases {
 
     /// Length of all edges (model units).
     pub fn length(&self) -> f64 {
-        self.edges.iter().map(|e| e.length).sum()
+        self.edges.iter().fold(0.0, |sum, e| sum + e.length)
     }
 }
 

@@ -79,25 +79,33 @@ pub(super) fn find(
 ) -> Result<Option<Network>, FieldError> {
     let mut network = Network::default();
     let seeds = seeds(tracer, boxes);
-    for (k, seed) in seeds.iter().enumerate() {
-        if k % 64 == 0 && !go_on(k as f64 / seeds.len() as f64) {
-            return Ok(None);
+    // Of the switches that are equal on a crease some may coincide with F on one side of it, where it cannot be followed by
+    // them: first those that lead to its ends.
+    for whole in [true, false] {
+        for (k, seed) in seeds.iter().enumerate() {
+            if k % 64 == 0 && !go_on(k as f64 / seeds.len() as f64) {
+                return Ok(None);
+            }
+            network.grow(tracer, seed, whole)?;
         }
-        network.grow(tracer, seed)?;
+        network.sprout(tracer, whole)?;
     }
-    network.sprout(tracer)?;
     Ok(Some(network))
 }
 
 impl Network {
-    /// Follows the crease that a seed is on, unless it is known already.
-    fn grow(&mut self, tracer: &mut Tracer<'_>, seed: &Seed) -> Result<bool, FieldError> {
+    /// Follows the crease that a seed is on, unless it is known already; `whole`: and adds it only if it could be followed to
+    /// its ends. Whether it was added.
+    fn grow(&mut self, tracer: &mut Tracer<'_>, seed: &Seed, whole: bool) -> Result<bool, FieldError> {
         let Seed { switch, at } = seed;
         if self.explains(at.p, at.t, tracer.step) || tracer.is_special(at, *switch) {
             return Ok(false);
         }
         let Some(first) = tracer.knot(at.p, at.t)? else { return Ok(false) };
         let there = tracer.follow(at, &first, *switch)?;
+        if whole && there.end == Some(End::Lost) {
+            return Ok(false);
+        }
         let Some(end) = there.end else {
             let mut knots = vec![first];
             knots.extend(there.knots);
@@ -107,6 +115,9 @@ impl Network {
         let back = OnCurve { t: at.t.map(|c| -c), ..at.clone() };
         let here = tracer.follow(&back, &first.reversed(), *switch)?;
         let begin = here.end.unwrap_or(End::Lost);
+        if whole && begin == End::Lost {
+            return Ok(false);
+        }
         let mut knots: Vec<Knot> = here.knots.iter().rev().map(Knot::reversed).collect();
         knots.push(first);
         knots.extend(there.knots);
@@ -188,7 +199,7 @@ impl Network {
     }
 
     /// Looks for creases that start at corners and are not known yet, until there are none.
-    fn sprout(&mut self, tracer: &mut Tracer<'_>) -> Result<(), FieldError> {
+    fn sprout(&mut self, tracer: &mut Tracer<'_>, whole: bool) -> Result<(), FieldError> {
         let mut done = 0;
         for _ in 0..100 {
             let (corners, _) = self.corners(tracer.step);
@@ -196,14 +207,14 @@ impl Network {
                 break;
             }
             for &c in &corners[done..] {
-                self.sprout_at(tracer, c)?;
+                self.sprout_at(tracer, c, whole)?;
             }
             done = corners.len();
         }
         Ok(())
     }
 
-    fn sprout_at(&mut self, tracer: &mut Tracer<'_>, c: V3) -> Result<(), FieldError> {
+    fn sprout_at(&mut self, tracer: &mut Tracer<'_>, c: V3, whole: bool) -> Result<(), FieldError> {
         let local = tracer.solver.local(&tracer.solver.everywhere, c, &mut tracer.desk);
         let off = SPROUT * tracer.step;
         let tied: Vec<u32> = local
@@ -218,7 +229,7 @@ impl Network {
                 let way = unit([f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1)]);
                 let Some(at) = tracer.near(along(c, off, way), switch, off) else { continue };
                 if distance(at.p, c) > 0.2 * off && tracer.bounds.contains(at.p) {
-                    self.grow(tracer, &Seed { switch, at })?;
+                    self.grow(tracer, &Seed { switch, at }, whole)?;
                 }
             }
         }

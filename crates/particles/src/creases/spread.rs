@@ -25,7 +25,7 @@ impl Line {
     /// Pairs of knots that follow each other.
     fn segments(&self) -> impl Iterator<Item = (&Knot, &Knot)> {
         let n = self.knots.len();
-        let count = if self.ends.is_none() { n } else { n - 1 };
+        let count = if self.ends.is_none() { n } else { n.saturating_sub(1) };
         (0..count).map(move |k| (&self.knots[k], &self.knots[(k + 1) % n]))
     }
 
