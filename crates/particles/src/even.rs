@@ -109,6 +109,7 @@ pub(crate) fn spread(
     let apart = linear(seeds.area / all.len().max(1) as f64, walls.axes);
     let (sizing, weights) = Sizing::new(density, surface, &all, apart, walls.axes)?;
     let levels = if start.is_some() { 0 } else { levels_for(n, seeds) };
+    let levels = edges.map_or(levels, |e| levels.min(e.levels(n, halvings(walls.axes))));
     let coarsest = n >> (halvings(walls.axes) * levels);
     // The last projection makes good for what the sketch is off.
     let sketch = surface.sketch(SKETCHED * linear(seeds.area / n as f64, walls.axes));
@@ -450,6 +451,7 @@ impl Work<'_, '_, '_> {
     fn hold(&self, swarm: &mut Swarm, level: u32) {
         if let Some(edges) = self.edges {
             edges.enter(swarm, level, self.unit);
+            edges.fill(swarm, self.seeds, self.unit);
         }
     }
 

@@ -7,6 +7,7 @@ use crate::Error;
 use crate::constraint::{Target, project};
 use crate::creases::Creases;
 use crate::curvature;
+use crate::edges;
 use crate::metrics::{mean_nearest, of_census};
 use crate::options::Phase;
 use crate::population::{census, faces};
@@ -14,6 +15,7 @@ use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
 use crate::seeding::{Seeds, divide};
 use crate::swarm::{FREE, Swarm};
+use crate::vector::{self, add, distance};
 
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
 const FINE: f64 = 1.0;
@@ -66,13 +68,16 @@ pub(crate) fn finish(
     let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
     let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
     if let Some(creases) = &creases {
-        put_creases_first(&mut swarm, creases);
+        put_creases_first(&mut swarm, creases, unit);
     }
     let max_error = left.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = (0..swarm.len()).filter(|&i| swarm.normals[i] == [0.0; 3] && !swarm.is_held(i)).count();
     let faces = faces(&walls, unit);
     let on_bounds = swarm.points.par_iter().filter(|p| faces.touches(**p)).count();
     let mut first = census(&swarm, &walls, unit);
+    if let Some(creases) = &creases {
+        edges::areas(&swarm, creases, &walls, unit, &mut first);
+    }
     let per_label = swarm.per_label();
     for (cell, &l) in first.cells.iter_mut().zip(&swarm.label) {
         // Alone on its component, as far as it sees: the component's area says more than the reach of its sight.
@@ -82,7 +87,11 @@ pub(crate) fn finish(
             cell.area = known;
         }
     }
-    let curvatures = curvature::principal(surface, &swarm, &first.lists, walls.axes);
+    let mut curvatures = curvature::principal(surface, &swarm, &first.lists, walls.axes);
+    if let Some(creases) = &creases {
+        // Undefined there.
+        curvatures[..creases.points.len()].fill([f64::NAN; 2]);
+    }
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     let (component, components) = if seeds.too_coarse_for(swarm.len()) {
@@ -104,9 +113,6 @@ pub(crate) fn finish(
              more samples resolve it",
             100.0 * fine as f64 / curvatures.len() as f64
         ));
-    }
-    if let Some(creases) = &creases {
-        swarm.normals[..creases.points.len()].copy_from_slice(&creases.mean_normals());
     }
     run.tell(Phase::Finishing, 1.0, swarm.len());
     Ok(Samples {
@@ -136,14 +142,24 @@ pub(crate) fn finish(
     })
 }
 
-/// Brings the floaters on creases to the front, in the order of the creases' points and exactly there.
-fn put_creases_first(swarm: &mut Swarm, creases: &Creases) {
+/// Brings the floaters on creases to the front, in the order of the creases' points and exactly there, with normals in the middle
+/// of those around them.
+fn put_creases_first(swarm: &mut Swarm, creases: &Creases, unit: f64) {
     let mut order: Vec<u32> = (0..swarm.len() as u32).collect();
     // Those that are free have the largest number and keep their order.
     order.sort_by_key(|&i| swarm.held.get(i as usize).copied().unwrap_or(FREE));
     *swarm = swarm.pick(&order);
-    for (i, p) in creases.points.iter().enumerate() {
-        (swarm.points[i], swarm.normals[i]) = (*p, [0.0; 3]);
+    for (i, (p, n)) in creases.points.iter().zip(creases.mean_normals()).enumerate() {
+        (swarm.points[i], swarm.normals[i]) = (*p, n);
+    }
+    for i in 0..creases.points.len() {
+        if swarm.normals[i] != [0.0; 3] {
+            continue;
+        }
+        // A tip.
+        let near = |j: &usize| distance(swarm.points[*j], swarm.points[i]) < 1.5 * unit;
+        let sum = (0..swarm.len()).filter(near).fold([0.0; 3], |s, j| add(s, swarm.normals[j]));
+        swarm.normals[i] = vector::unit(sum);
     }
 }
 

@@ -36,6 +36,8 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     let mut run = Run::new(seed, progress);
     run.tell(Phase::Seeding, 0.0, 0);
     let aim = match amount {
+        // Between creases every part of the surface needs seeds of its own.
+        Amount::Count(n) if method == Method::Even && creases => n.clamp(FEWEST_SEEDS, 4 * SEEDS),
         Amount::Count(n) if method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
         _ => SEEDS,
     };

@@ -219,8 +219,7 @@ impl Stars<'_> {
     /// but not reached does not matter.
     fn at_walls(&self, i: usize, others: &[u32]) -> bool {
         let walls = self.walls;
-        walls.touches(self.points[i])
-            || others.iter().any(|&j| walls.touches(self.points[j as usize]))
+        walls.touches(self.points[i]) || others.iter().any(|&j| walls.touches(self.points[j as usize]))
     }
 
     /// Clips the disc around sample `i` to its cell by the bisectors to those of `others` (numbers, repetitions do no
@@ -307,6 +306,66 @@ impl Stars<'_> {
         }
         out.mean /= f64::from(out.valence.max(1));
         out
+    }
+
+    /// The area of the cell of sample `i` on its own side of creases: among those of `others` that are on that side, within
+    /// `radius`, and within the lines of `segments`, each from point to point of a crease.
+    pub(crate) fn area_beside(
+        &self,
+        i: usize,
+        others: &[u32],
+        segments: &[[V3; 2]],
+        radius: f64,
+        cell: &mut Desk,
+    ) -> f64 {
+        let Desk { cell, near, .. } = cell;
+        let (p, n) = (self.points[i], self.normals[i]);
+        let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
+        cell.octagon(radius);
+        if self.at_walls(i, others) {
+            self.clip_by_walls(p, u, v, radius, cell);
+        }
+        let flat = |q: V3| {
+            let r = sub(q, p);
+            [dot(r, u), dot(r, v)]
+        };
+        let mut lines: Vec<([f64; 2], f64)> = Vec::new();
+        for s in segments {
+            let (a, b) = (flat(s[0]), flat(s[1]));
+            let d = [b[0] - a[0], b[1] - a[1]];
+            let square = d[0] * d[0] + d[1] * d[1];
+            let foot = -(a[0] * d[0] + a[1] * d[1]) / square;
+            // Beyond its ends a segment bounds nothing.
+            if !(-1e-9..=1.0 + 1e-9).contains(&foot) {
+                continue;
+            }
+            let to = [a[0] + foot * d[0], a[1] + foot * d[1]];
+            let b = to[0] * to[0] + to[1] * to[1];
+            cell.clip(to, b, WALL);
+            lines.push((to, b));
+        }
+        near.clear();
+        for &j in others {
+            let r = sub(self.points[j as usize], p);
+            near.push((dot(r, r), j));
+        }
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for &(square, j) in near.iter() {
+            if 0.25 * square >= cell.farthest().1 {
+                break;
+            }
+            let (d, q) = (square.sqrt(), flat(self.points[j as usize]));
+            let length = (q[0] * q[0] + q[1] * q[1]).sqrt();
+            if length < 1e-3 * d {
+                continue;
+            }
+            let s = along_surface(sub(self.points[j as usize], p), d, n, self.normals[j as usize]);
+            let q = [q[0] * s / length, q[1] * s / length];
+            if lines.iter().all(|(a, b)| a[0] * q[0] + a[1] * q[1] <= *b) {
+                cell.clip(q, 0.5 * s * s, j);
+            }
+        }
+        cell.area()
     }
 
     fn clip_by_walls(&self, p: V3, u: V3, v: V3, radius: f64, cell: &mut Polygon) {

@@ -74,10 +74,10 @@ impl Swarm {
         self.held.get(i).is_some_and(|h| *h != FREE)
     }
 
-    /// Adds a floater that stays where it is and belongs to every sheet.
-    pub(crate) fn hold(&mut self, point: V3, label: u32, size: Option<f64>, number: u32) {
+    /// Adds a floater that stays where it is.
+    pub(crate) fn hold(&mut self, point: V3, normal: V3, label: u32, size: Option<f64>, number: u32) {
         self.held.resize(self.points.len(), FREE);
-        self.push(point, [0.0; 3], label, size);
+        self.push(point, normal, label, size);
         self.held.truncate(self.points.len() - 1);
         self.held.push(number);
     }

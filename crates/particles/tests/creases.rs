@@ -85,6 +85,11 @@ fn primitives_have_the_edges_that_they_should_have() {
         ("capsule(r=0.5, h=1)", 0, 0, 0.0),
         ("shell(box(2, 2, 2), thickness=0.2)", 8, 12, 21.6),
         ("cone(r1=1, r2=0.5, h=2)", 0, 2, 3.0 * PI),
+        ("cone(r1=1, r2=0, h=2)", 1, 1, 2.0 * PI),
+        ("rotate(cone(r1=1, r2=0, h=2), angle=0.7, ax=1, ay=0.4)", 1, 1, 2.0 * PI),
+        ("repeat(box(0.4, 0.4, 0.4), px=0.9, nx=3)", 24, 36, 36.0 * 0.4),
+        ("offset(box(2, 2, 2), d=-0.1)", 8, 12, 12.0 * 1.8),
+        ("offset(box(2, 2, 2), d=0.1)", 0, 0, 0.0),
         ("mirror(sphere(r=1))", 0, 0, 0.0),
         ("mirror(translate(sphere(r=1), x=0.6))", 0, 1, 1.6 * PI),
         ("quadratic_union(sphere(r=0.8), translate(sphere(r=0.8), x=0.9), k=0.3)", 0, 0, 0.0),
@@ -175,28 +180,51 @@ fn what_is_opaque_says_so() {
     assert!(c.edges.is_empty() && !c.certified && c.warnings.len() == 1);
 }
 
+fn sampled(formula: &str, half: f64, n: usize) -> isoswarm_particles::Samples {
+    use isoswarm_particles::{Amount, Options, Status, sample};
+    let options = Options { amount: Amount::Count(n), creases: true, ..Options::default() };
+    let s = sample(&field(formula), &Aabb::new([-half; 3], [half; 3]), options).unwrap();
+    assert_eq!(s.points.len(), n);
+    let c = s.creases.as_ref().unwrap();
+    assert_eq!(s.points[..c.points.len()], c.points[..]);
+    println!("{formula} {n}: {:?} {}", s.report, c.points.len());
+    assert_eq!(s.report.status, Status::Converged);
+    assert!((s.report.area - s.areas.iter().sum::<f64>()).abs() < 1e-9 * s.report.area);
+    s
+}
+
 #[test]
 fn samples_of_a_cube_stand_on_its_edges_and_its_area_is_right() {
-    use isoswarm_particles::{Amount, Options, Status, sample};
     for n in [1000, 5000] {
-        let options = Options { amount: Amount::Count(n), creases: true, ..Options::default() };
-        let s = sample(&field(CUBE), &Aabb::new([-1.2; 3], [1.2; 3]), options).unwrap();
-        assert_eq!(s.points.len(), n);
-        let c = s.creases.as_ref().unwrap();
-        assert_eq!(s.points[..c.points.len()], c.points[..]);
-        println!("{n}: {:?} {}", s.report, c.points.len());
-        // Others keep off the edges.
-        let spacing = s.report.spacing;
-        let mut nearest = f64::INFINITY;
-        for p in &s.points[c.points.len()..] {
+        let s = sampled(CUBE, 1.2, n);
+        near(s.report.area, 24.0, 1e-12);
+        let on = s.creases.as_ref().unwrap().points.len();
+        for p in &s.points[on..] {
             let mut q = p.map(f64::abs);
             q.sort_by(f64::total_cmp);
-            nearest = nearest.min(1.0 - q[1]);
-            assert!(1.0 - q[1] > 0.3 * spacing, "{p:?}");
+            assert!(1.0 - q[1] > 0.5 * s.report.spacing, "{p:?}");
         }
-        println!("nearest {}", nearest / spacing);
-        assert_eq!(s.report.status, Status::Converged);
     }
+}
+
+#[test]
+fn areas_next_to_creases_are_of_second_order() {
+    for (formula, area) in [
+        ("max(x^2 + y^2 - 1, abs(z) - 1)", 6.0 * PI),
+        ("min((x - 0.6)^2 + y^2 + z^2 - 1, (x + 0.6)^2 + y^2 + z^2 - 1)", 6.4 * PI),
+    ] {
+        let off = |n: usize| (sampled(formula, 1.8, n).report.area / area - 1.0).abs();
+        let (coarse, fine) = (off(1500), off(6000));
+        println!("{coarse:e} {fine:e}");
+        assert!(fine < 1e-3 && fine < 0.5 * coarse, "{coarse} {fine}");
+    }
+}
+
+#[test]
+fn parts_are_sampled_evenly() {
+    sampled(CSG, 1.05, 5000);
+    sampled("smooth_union(sphere(r=1), torus(major=1.2, minor=0.3), k=0.1) - box(0.8, 0.8, 4)", 1.8, 4000);
+    sampled("cone(r1=1, r2=0, h=2)", 1.2, 2000);
 }
 
 #[test]
@@ -204,7 +232,7 @@ fn a_large_part_has_all_its_edges() {
     let text =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/csg_part.vm")).unwrap();
     let f = Field::new(&isoswarm_field::vm::parse_vm(&text).unwrap()).unwrap();
-    let c = creases(&f, &Aabb::new([-1.1; 3], [1.1; 3]), CreaseOptions::new(0.02)).unwrap();
+    let c = creases(&f, &Aabb::new([-1.1; 3], [1.1; 3]), CreaseOptions::new(0.05)).unwrap();
     let lost = c.edges.iter().filter(|e| !e.closed).flat_map(|e| e.ends).filter(|e| *e == End::Lost).count();
     println!("{} corners, {} edges, {} lost, {:?}", c.corners.len(), c.edges.len(), lost, c.warnings);
     // Each end of an edge is a corner with at least three.
@@ -216,4 +244,5 @@ fn a_large_part_has_all_its_edges() {
     let few: Vec<_> =
         c.corners.iter().filter(|i| ends[**i as usize] < 3).map(|i| c.points[*i as usize]).collect();
     println!("{} corners with fewer than three edges: {few:?}", few.len());
+    assert!(c.corners.len() > 900 && lost == 0 && few.len() <= 5);
 }

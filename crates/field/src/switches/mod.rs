@@ -9,7 +9,7 @@ use crate::op::{Op, apply};
 use crate::plain::operands;
 use crate::regions::Whole;
 use crate::surface::Aabb;
-use crate::tape::{Code, Instr};
+use crate::tape::{Code, Instr, Mode};
 use crate::vector::{V3, norm, sub};
 
 /// The switches of a function: see [`Surface::switches`](crate::Surface::switches).
@@ -77,6 +77,8 @@ pub struct SwitchBox {
     pub bounds: Aabb,
     /// The switches that are open there.
     pub switches: Vec<u32>,
+    /// Roots of sums of squares that may be 0 there: see [`Switches::squares`].
+    pub tips: Vec<u32>,
 }
 
 /// Working memory of [`Switches::at`], kept between calls.
@@ -96,7 +98,7 @@ fn is_switch(instr: &Instr) -> bool {
 fn difference(op: Op, a: Dual<f64>, b: Dual<f64>) -> Dual<f64> {
     let beyond = |v: Dual<f64>, shift: f64| Dual { v: (v.v - shift) - (v.v - shift).round(), ..v };
     match op {
-        Op::Abs => a,
+        Op::Abs | Op::Square => a,
         Op::Floor | Op::Ceil => beyond(a, 0.0),
         Op::Round => beyond(a, 0.5),
         Op::Mod => beyond(a / b, 0.0),
@@ -111,9 +113,32 @@ impl<'a> Switches<'a> {
         Self { whole, uniforms }
     }
 
-    /// Whether the function has none: then its surface has no creases.
+    /// Whether the function has none, and no lengths either: then its surface has neither creases nor tips.
     pub fn is_empty(&self) -> bool {
-        !self.whole.tape.instrs.iter().any(is_switch)
+        let instrs = &self.whole.tape.instrs;
+        !(0..instrs.len()).any(|i| is_switch(&instrs[i]) || self.squares(i as u32).len() > 1)
+    }
+
+    /// The squares whose sum stands under a root: where all are 0 it has a tip. None where it is no such root.
+    /// [`Switches::difference`] gives what is squared.
+    pub fn squares(&self, root: u32) -> Vec<u32> {
+        let instrs = &self.whole.tape.instrs;
+        let mut found = Vec::new();
+        if !matches!(instrs[root as usize].code, Code::Op(Op::Sqrt, _)) {
+            return found;
+        }
+        let mut rest = vec![instrs[root as usize].args[0]];
+        while let Some(i) = rest.pop() {
+            let instr = &instrs[i as usize];
+            match instr.code {
+                Code::Op(Op::Add, Mode::Slots) => rest.extend(&instr.args[..2]),
+                Code::Op(Op::Square | Op::SquaredDifference, _) => found.push(i),
+                _ => return Vec::new(),
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// The whole function.

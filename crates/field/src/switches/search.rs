@@ -52,10 +52,12 @@ impl Switches<'_> {
             let kept = scratch.kept(lane);
             let open = |k: &&Kept| self.is_open(k, lane, scratch);
             let switches: Vec<u32> = kept.iter().filter(open).map(|k| k.instr).collect();
-            if switches.is_empty() {
+            let tip = |k: &&Kept| self.is_tip(k, lane, scratch);
+            let tips: Vec<u32> = kept.iter().filter(tip).map(|k| k.instr).collect();
+            if switches.is_empty() && tips.is_empty() {
                 return None;
             }
-            Some(SwitchBox { bounds: *bounds, switches })
+            Some(SwitchBox { bounds: *bounds, switches, tips })
         };
         boxes.iter().enumerate().filter_map(one).collect()
     }
@@ -81,6 +83,15 @@ impl Switches<'_> {
         (0..boxes.len())
             .map(|lane| Route { steps: scratch.kept(lane).iter().map(|k| step(lane, k)).collect() })
             .collect()
+    }
+
+    /// Whether an instruction that is reached is the root of a sum of squares that may be 0 within the box.
+    fn is_tip(&self, kept: &Kept, lane: usize, scratch: &Scratch) -> bool {
+        let instr = &self.whole.tape.instrs[kept.instr as usize];
+        matches!(kept.fate, Fate::Stay)
+            && matches!(instr.code, Code::Op(crate::Op::Sqrt, _))
+            && !(scratch.pass.value(instr.args[0] as usize, lane).lo > 0.0)
+            && self.squares(kept.instr).len() > 1
     }
 
     /// Whether an instruction that is reached may switch within the box.

@@ -27,6 +27,11 @@ fn only_switches_on_the_sides_taken_matter() {
     let tied: Vec<V3> = here.switches.iter().filter(|d| d.value == 0.0).map(|d| d.gradient).collect();
     assert_eq!(tied, [[1.0, -1.0, 0.0]]);
     assert!(field("x^2 + y^2 - 1").switches().unwrap().is_empty());
+    let cone = field("sqrt(x^2 + (y - 1)^2) - z");
+    let switches = cone.switches().unwrap();
+    let (boxes, _) = switches.boxes(&Aabb::new([-1.0; 3], [1.1; 3]), 0.1, 1000);
+    assert!(!boxes.is_empty() && boxes.iter().all(|b| b.bounds.grown(1e-9).contains([0.0, 1.0, 0.0])));
+    assert!(boxes.iter().all(|b| switches.squares(b.tips[0]).len() == 2));
 }
 
 #[test]

@@ -36,6 +36,7 @@ pub(super) fn sample(
     bounds: &Aabb,
     resolution: Resolution,
     density: Density<'_>,
+    creases: bool,
     (seed, most): (u64, usize),
     progress: Option<&mut ProgressFn<'_>>,
 ) -> Result<Sampled, Error> {
@@ -57,10 +58,11 @@ pub(super) fn sample(
     let first = particles::sample(
         surface,
         bounds,
-        Options { amount, density, seed, most, progress: Some(&mut tell), ..Options::default() },
+        Options { amount, density, creases, seed, most, progress: Some(&mut tell), ..Options::default() },
     )?;
     let mut out = Sampled { samples: first, evaluations: 0, warnings: Vec::new() };
-    let stopped = matches!(&out.samples.report.status, Status::NotConverged(_)) && out.samples.points.is_empty();
+    let stopped =
+        matches!(&out.samples.report.status, Status::NotConverged(_)) && out.samples.points.is_empty();
     if out.samples.points.is_empty() || stopped {
         return Ok(out);
     }
@@ -78,6 +80,7 @@ pub(super) fn sample(
         Options {
             amount: Amount::Count(n),
             density: Density::Function(&sizes),
+            creases,
             seed,
             most,
             start: Some(&start),
@@ -121,7 +124,9 @@ impl<'a> Plan<'a> {
             let mut plan =
                 Self { density: Density::Uniform, base, factor, power: 1, count: 0.0, bent: 0.0, turn: None };
             let least = plan.base;
-            plan.count = (0..n).map(|i| samples.areas[i] * if known(i) { least.max(factor * bend(i)) } else { least }).sum();
+            plan.count = (0..n)
+                .map(|i| samples.areas[i] * if known(i) { least.max(factor * bend(i)) } else { least })
+                .sum();
             return Ok(Some(plan));
         }
         if matches!(density, Density::Curvature) {
@@ -142,7 +147,10 @@ impl<'a> Plan<'a> {
             _ => f64::INFINITY,
         };
         let sum = |base: f64, factor: f64| -> f64 {
-            let one = |i: usize| samples.areas[i] * (base * asked[i]).max(if known(i) { factor * bend(i).powi(2) } else { 0.0 });
+            let one = |i: usize| {
+                samples.areas[i]
+                    * (base * asked[i]).max(if known(i) { factor * bend(i).powi(2) } else { 0.0 })
+            };
             (0..n).map(one).sum()
         };
         let mut turn = TURN;
@@ -163,7 +171,15 @@ impl<'a> Plan<'a> {
         let count = if total.is_finite() { total } else { sum(base, factor(turn)) };
         let bent = bent as f64 / n as f64;
         let turn_off = (turn > 1.5 * TURN).then_some(turn);
-        Ok(Some(Self { density: *density, base, factor: factor(turn), power: 2, count, bent, turn: turn_off }))
+        Ok(Some(Self {
+            density: *density,
+            base,
+            factor: factor(turn),
+            power: 2,
+            count,
+            bent,
+            turn: turn_off,
+        }))
     }
 
     fn warning(&self) -> Option<String> {

@@ -69,9 +69,9 @@ impl Edge {
 /// All creases of a surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Creases {
-    /// Points on creases: first the ends of edges, each once, then the others, edge by edge.
+    /// Points on creases: first the ends of edges, each once, then tips (such as a cone's), then the others, edge by edge.
     pub points: Vec<V3>,
-    /// Numbers of the points that are corners.
+    /// Numbers of the points that are corners or tips.
     pub corners: Vec<u32>,
     /// The edges.
     pub edges: Vec<Edge>,
@@ -147,18 +147,29 @@ pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> 
         least: options.angle,
         evaluations: 0,
         desk: Desk::default(),
+        near: None,
     };
-    let Some(network) = network::find(&mut tracer, &boxes, &mut |_| true)? else {
+    let tips = network::tips(&mut tracer, &boxes)?;
+    let Some(mut network) = network::find(&mut tracer, &boxes, &mut |_| true)? else {
         return Ok(Creases::default());
     };
-    collect(&mut tracer, &network, options.spacing)
+    network.drop_around(&tips, tracer.step);
+    collect(&mut tracer, &network, &tips, options.spacing)
 }
 
 /// Points on the lines of a network at the spacing.
-fn collect(tracer: &mut Tracer<'_>, network: &Network, spacing: f64) -> Result<Creases, Error> {
+fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64) -> Result<Creases, Error> {
     let (ends, numbers) = network.corners(tracer.step);
     let mut out = Creases { points: ends, certified: true, ..Creases::default() };
     let mut is_corner = vec![false; out.points.len()];
+    // Tips without an edge; others are corners already.
+    for tip in tips {
+        let near = |p: &V3| crate::vector::distance(*p, *tip) <= 1e-3 * tracer.step;
+        if !out.points.iter().any(near) {
+            out.points.push(*tip);
+            is_corner.push(true);
+        }
+    }
     for (line, numbers) in network.lines.iter().zip(&numbers) {
         let length = line.length();
         let least = if line.ends.is_none() { 3.0 } else { 1.0 };

@@ -5,7 +5,8 @@ use isoswarm_field::switches::{Desk, SwitchBox};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-use super::solve::{OnCurve, Search};
+use super::sides;
+use super::solve::{Condition, OnCurve, Search};
 use super::trace::{End, Knot, Tracer};
 use crate::vector::{V3, along, distance, dot, norm, sub, unit};
 
@@ -36,6 +37,42 @@ pub(super) struct Network {
     pub(super) doubts: usize,
     /// Traced segments by the cell of their middle: line and number of the knot they begin at.
     index: HashMap<[i64; 3], Vec<(u32, u32)>>,
+}
+
+/// What comes of a seed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Growth {
+    /// It is on a crease that is known, or on none.
+    None,
+    /// A line.
+    Line,
+    /// It is on a crease that could not be followed to its ends.
+    Lost,
+}
+
+/// Points where F and all squares under a root are 0, each once.
+pub(super) fn tips(tracer: &mut Tracer<'_>, boxes: &[SwitchBox]) -> Result<Vec<V3>, FieldError> {
+    let mut found: Vec<V3> = Vec::new();
+    for b in boxes {
+        let grown = b.bounds.grown(MARGIN * b.bounds.diagonal());
+        let middle = [0, 1, 2].map(|a| 0.5 * (b.bounds.lo[a] + b.bounds.hi[a]));
+        for &root in &b.tips {
+            let squares = tracer.solver.switches.squares(root);
+            let conditions: Vec<Condition> = squares.into_iter().map(Condition::Switch).collect();
+            let search = Search { route: &tracer.solver.everywhere, reach: grown.diagonal() };
+            let Some((p, _)) = tracer.solver.solve(&search, middle, &conditions, 3, &mut tracer.desk) else {
+                continue;
+            };
+            let near = |q: &V3| distance(*q, p) <= ONE_CORNER * tracer.step;
+            if !grown.contains(p) || !tracer.bounds.contains(p) || found.iter().any(near) {
+                continue;
+            }
+            if sides::is_tip(tracer.surface, &mut tracer.evaluations, p, tracer.radius, tracer.least)? {
+                found.push(p);
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// A point to trace from.
@@ -81,42 +118,47 @@ pub(super) fn find(
     let seeds = seeds(tracer, boxes);
     // Of the switches that are equal on a crease some may coincide with F on one side of it, where it cannot be followed by
     // them: first those that lead to its ends.
-    for whole in [true, false] {
-        for (k, seed) in seeds.iter().enumerate() {
-            if k % 64 == 0 && !go_on(k as f64 / seeds.len() as f64) {
-                return Ok(None);
-            }
-            network.grow(tracer, seed, whole)?;
+    let mut late = Vec::new();
+    for (k, seed) in seeds.iter().enumerate() {
+        if k % 64 == 0 && !go_on(k as f64 / seeds.len() as f64) {
+            return Ok(None);
         }
-        network.sprout(tracer, whole)?;
+        if network.grow(tracer, seed, true)? == Growth::Lost {
+            late.push(seed);
+        }
     }
+    network.sprout(tracer, true)?;
+    for seed in late {
+        network.grow(tracer, seed, false)?;
+    }
+    network.sprout(tracer, false)?;
     Ok(Some(network))
 }
 
 impl Network {
     /// Follows the crease that a seed is on, unless it is known already; `whole`: and adds it only if it could be followed to
-    /// its ends. Whether it was added.
-    fn grow(&mut self, tracer: &mut Tracer<'_>, seed: &Seed, whole: bool) -> Result<bool, FieldError> {
+    /// its ends.
+    fn grow(&mut self, tracer: &mut Tracer<'_>, seed: &Seed, whole: bool) -> Result<Growth, FieldError> {
         let Seed { switch, at } = seed;
         if self.explains(at.p, at.t, tracer.step) || tracer.is_special(at, *switch) {
-            return Ok(false);
+            return Ok(Growth::None);
         }
-        let Some(first) = tracer.knot(at.p, at.t)? else { return Ok(false) };
+        let Some(first) = tracer.knot(at.p, at.t)? else { return Ok(Growth::None) };
         let there = tracer.follow(at, &first, *switch)?;
         if whole && there.end == Some(End::Lost) {
-            return Ok(false);
+            return Ok(Growth::Lost);
         }
         let Some(end) = there.end else {
             let mut knots = vec![first];
             knots.extend(there.knots);
             self.add(Line { switch: *switch, knots, ends: None }, tracer.step);
-            return Ok(true);
+            return Ok(Growth::Line);
         };
         let back = OnCurve { t: at.t.map(|c| -c), ..at.clone() };
         let here = tracer.follow(&back, &first.reversed(), *switch)?;
         let begin = here.end.unwrap_or(End::Lost);
         if whole && begin == End::Lost {
-            return Ok(false);
+            return Ok(Growth::Lost);
         }
         let mut knots: Vec<Knot> = here.knots.iter().rev().map(Knot::reversed).collect();
         knots.push(first);
@@ -125,7 +167,20 @@ impl Network {
         if knots.len() > 1 {
             self.add(Line { switch: *switch, knots, ends: Some([begin, end]) }, tracer.step);
         }
-        Ok(true)
+        Ok(Growth::Line)
+    }
+
+    /// Drops short pieces that lead nowhere next to tips, where switches are equal in one point, too.
+    pub(super) fn drop_around(&mut self, tips: &[V3], step: f64) {
+        let mut doubts = 0;
+        self.lines.retain(|line| {
+            let lost = line.ends.map_or(0, |e| e.iter().filter(|e| **e == End::Lost).count());
+            let near = |k: &Knot| tips.iter().any(|t| distance(*t, k.p) < 2.0 * step);
+            let drop = line.knots.iter().all(near) && (lost > 0 || line.ends.is_none());
+            doubts += if drop { lost } else { 0 };
+            !drop
+        });
+        self.doubts -= doubts;
     }
 
     fn add(&mut self, line: Line, step: f64) {

@@ -91,6 +91,28 @@ pub(super) fn look(
     Ok(Shape::Crease(if dot(left, sub(a.way, b.way)) >= 0.0 { [a, b] } else { [b, a] }))
 }
 
+/// Whether the normals around a point, on a sphere of radius `radius`, differ by more than `least` (radians).
+pub(super) fn is_tip(
+    surface: &dyn Surface,
+    count: &mut u64,
+    p: V3,
+    radius: f64,
+    least: f64,
+) -> Result<bool, FieldError> {
+    let around: Vec<V3> = (0..27)
+        .filter(|k| *k != 13)
+        .map(|k| {
+            let way = unit([f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1)]);
+            along(p, radius, way)
+        })
+        .collect();
+    let (mut value, mut gradient) = (vec![0.0; around.len()], vec![[0.0; 3]; around.len()]);
+    *count += around.len() as u64;
+    surface.value_gradient(&around, &mut value, &mut gradient)?;
+    let normals: Vec<V3> = gradient.into_iter().map(unit).filter(|n| *n != [0.0; 3]).collect();
+    Ok(normals.iter().any(|n| distance(*n, normals[0]) > least))
+}
+
 /// Sine and cosine of a part of a full turn.
 fn turn(part: f64) -> (f64, f64) {
     let angle = 2.0 * std::f64::consts::PI * part;

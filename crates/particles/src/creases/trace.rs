@@ -1,6 +1,6 @@
 //! Following one crease from a point on it to where it ends.
 
-use isoswarm_field::switches::Desk;
+use isoswarm_field::switches::{Desk, Route};
 use isoswarm_field::{Aabb, FieldError, Surface};
 
 use super::sides::{self, Shape, Side};
@@ -63,7 +63,12 @@ pub(super) struct Tracer<'a> {
     pub(super) least: f64,
     pub(super) evaluations: u64,
     pub(super) desk: Desk,
+    /// What of the function matters around the place that was last looked at.
+    pub(super) near: Option<(Aabb, Route)>,
 }
+
+/// Half the side of the box around a place in which [`Tracer::near`] serves, in longest steps.
+const AROUND: f64 = 6.0;
 
 /// One way along a crease.
 pub(super) struct Way {
@@ -86,8 +91,14 @@ enum Step {
 impl Tracer<'_> {
     /// A point of F = G = 0 near `from`.
     pub(super) fn near(&mut self, from: V3, switch: u32, reach: f64) -> Option<OnCurve> {
-        let search = Search { route: &self.solver.everywhere, reach };
-        self.solver.on_curve(&search, from, switch, &mut self.desk)
+        let inside = |b: &Aabb| (0..3).all(|a| b.lo[a] <= from[a] - reach && from[a] + reach <= b.hi[a]);
+        if !self.near.as_ref().is_some_and(|(b, _)| inside(b)) {
+            let half = (AROUND * self.step).max(2.0 * reach);
+            let around = Aabb::new(from.map(|v| v - half), from.map(|v| v + half));
+            self.near = self.solver.switches.routes(&[around]).pop().map(|r| (around, r));
+        }
+        let route = self.near.as_ref().map_or(&self.solver.everywhere, |(_, r)| r);
+        self.solver.on_curve(&Search { route, reach }, from, switch, &mut self.desk)
     }
 
     /// The point as one of a crease, if it is.
