@@ -12,9 +12,10 @@ Exit codes, which stay as they are:
 ====  ==============================================================================
 """
 
+from isoswarm.cli import meshes as _meshes  # adds its command
 from isoswarm.cli import run as _run  # adds its command
 from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
 
-del _run
+del _meshes, _run
