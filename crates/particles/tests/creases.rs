@@ -244,5 +244,5 @@ fn a_large_part_has_all_its_edges() {
     let few: Vec<_> =
         c.corners.iter().filter(|i| ends[**i as usize] < 3).map(|i| c.points[*i as usize]).collect();
     println!("{} corners with fewer than three edges: {few:?}", few.len());
-    assert!(c.corners.len() > 900 && lost == 0 && few.len() <= 5);
+    assert!((900..915).contains(&c.corners.len()) && lost == 0 && few.len() <= 8);
 }

@@ -163,8 +163,9 @@ impl Network {
         let mut knots: Vec<Knot> = here.knots.iter().rev().map(Knot::reversed).collect();
         knots.push(first);
         knots.extend(there.knots);
-        self.doubts += usize::from(begin == End::Lost) + usize::from(end == End::Lost);
+        // A lone point is none: switches may be equal in a point, as at a tip.
         if knots.len() > 1 {
+            self.doubts += usize::from(begin == End::Lost) + usize::from(end == End::Lost);
             self.add(Line { switch: *switch, knots, ends: Some([begin, end]) }, tracer.step);
         }
         Ok(Growth::Line)
