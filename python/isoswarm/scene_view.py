@@ -73,7 +73,7 @@ class SceneView:
 
         """
         began = time.perf_counter()
-        lo, hi = self._inner.bounds()
+        lo, hi = self._inner.bounds
         if self._live is None or self._live[0] != (lo, hi):
             self._live = ((lo, hi), _core.LiveMesh(lo, hi))
         points, normals, _, ids = self._inner.floaters()

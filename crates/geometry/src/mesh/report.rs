@@ -1,6 +1,6 @@
 //! What is known of a mesh.
 
-use isoswarm_field::vector::V3;
+use isoswarm_field::vector::{V3, dot};
 use isoswarm_field::{FieldError, Surface};
 use isoswarm_particles::{Samples, Status};
 
@@ -131,9 +131,28 @@ impl MeshReport {
         if parts != known && !mesh.faces.is_empty() {
             self.warnings.push(format!("the mesh has {parts} components, the swarm {known}"));
         }
+        let bent = bent(mesh);
+        if !bent.is_empty() {
+            self.warnings.push(format!(
+                "the surface bends by more than 60 degrees within {} triangles, listed as doubtful: a crease, a singular point, or details finer \
+                 than the spacing",
+                bent.len()
+            ));
+            self.doubtful.extend(bent);
+        }
         let singular = mesh.normals.iter().filter(|n| **n == [0.0; 3]).count();
         if singular > 0 {
             self.warnings.push(format!("{singular} vertices lie where the gradient vanishes"));
         }
     }
+}
+
+/// Centres of triangles whose corners' normals are more than 60 degrees apart.
+fn bent(mesh: &Mesh) -> Vec<V3> {
+    let apart = |f: &[u32; 3]| {
+        let n = f.map(|v| mesh.normals[v as usize]);
+        (0..3).any(|k| dot(n[k], n[(k + 1) % 3]) < 0.5)
+    };
+    let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
+    centres(&mesh.points, &faces)
 }
