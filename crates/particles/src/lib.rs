@@ -5,7 +5,9 @@
 
 mod constraint;
 pub mod control;
+pub mod creases;
 mod curvature;
+mod edges;
 mod error;
 mod even;
 mod finish;

@@ -18,6 +18,8 @@ pub struct MeshReport {
     pub quality: Quality,
     /// Largest distance |F|/|∇F| of a triangle's centre from the surface, model units.
     pub max_distance: f64,
+    /// Edges of the mesh that are creases of the surface: numbers of both ends.
+    pub creases: Vec<[u32; 2]>,
     /// Pairs of faces that pass through each other; empty where they were not looked for.
     pub self_intersections: Vec<[u32; 2]>,
     /// Triangles that closed holes where the stars of vertices did not agree.
@@ -44,6 +46,19 @@ impl MeshReport {
     /// does not pass through itself as far as that was looked for.
     pub fn is_sound(&self) -> bool {
         self.topology.is_manifold() && self.doubtful.is_empty() && self.self_intersections.is_empty()
+    }
+
+    pub(super) fn not_on_creases(&mut self, vertices: &Vertices, missing: &[[u32; 2]]) {
+        if missing.is_empty() {
+            return;
+        }
+        self.warnings.push(format!(
+            "{} parts of the surface's edges are crossed by triangles, where details are finer than the triangles; see the \
+             doubtful places",
+            missing.len()
+        ));
+        let places = missing.iter().map(|[a, _]| vertices.points[*a as usize]);
+        self.doubtful.extend(places.take(Self::MOST_PLACES));
     }
 
     pub(super) fn left_out(&mut self, vertices: &Vertices, left_out: &[u32]) {
