@@ -1,0 +1,29 @@
+import './styles/index.css';
+import { render } from 'preact';
+import { connect } from '../client/index.ts';
+import { App } from './App.tsx';
+import { first } from './gallery/scenes.ts';
+import { startAutosave } from './state/autosave.ts';
+import { beginning } from './state/beginning.ts';
+import { ask, connectTo, kinds } from './state/session.ts';
+import { listenForKeys } from './state/shortcuts.ts';
+import { say } from './state/ui.ts';
+
+async function start(): Promise<void> {
+  const client = connect();
+  const root = document.getElementById('app')!;
+  root.replaceChildren();
+  render(<App />, root);
+  listenForKeys();
+  connectTo(await client);
+  startAutosave();
+  await beginning(first);
+  kinds.value = await ask('kinds', {});
+}
+
+start().catch((error: unknown) => {
+  say(`The Studio could not start: ${error instanceof Error ? error.message : String(error)}. It needs WebAssembly with SIMD.`, {
+    tone: 'warn',
+    action: { label: 'Try again', run: () => location.reload() },
+  });
+});

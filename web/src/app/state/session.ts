@@ -1,0 +1,233 @@
+/** The scene that is open, and its life: commands, frames, drags. The only place that speaks to the core. */
+import { batch, computed, effect, signal } from '@preact/signals';
+import type { Client, Player, RequestOptions } from '../../client/index.ts';
+import type {
+  Change,
+  Column,
+  Command,
+  Evenness,
+  Failure,
+  Frame,
+  Hand,
+  Input,
+  Kind,
+  Output,
+  RequestName,
+  SceneState,
+  Source,
+} from '../../client/protocol.ts';
+import { follow, forget } from './history.ts';
+import { chosen, chosenPins, say } from './ui.ts';
+import { view } from './view.ts';
+
+export const scene = signal<SceneState | null>(null);
+export const frame = signal<Frame | null>(null);
+export const kinds = signal<readonly Kind[]>([]);
+export const evenness = signal<Evenness | null>(null);
+/** Whether time passes. */
+export const playing = signal(true);
+/** Whether anything has moved in the last frames. */
+export const alive = signal(false);
+export const title = signal('Untitled');
+/** Where held pins are dragged to. */
+export const hands = signal<readonly Hand[]>([]);
+/** Which opening of a scene this is: each is shown as a whole once. */
+export const opening = signal(0);
+/** Steps a second, as of late. */
+export const speed = signal(0);
+
+export const pins = computed(() => frame.value?.pins ?? scene.value?.pins ?? []);
+
+/** Milliseconds between looks at how even the floaters are. */
+const LOOK = 900;
+
+let client: Client | null = null;
+let player: Player | null = null;
+let looked = 0;
+
+/** Takes the client over, once it is there. */
+export function connectTo(to: Client): void {
+  client = to;
+  to.on('restarted', ({ state, failure }) => {
+    if (state) adopt(state);
+    if (failure.kind === 'cancelled') return;
+    const why = failure.kind === 'memory' ? 'The model needed more memory than there is' : 'The core stopped';
+    say(`${why} and was started again. Your scene is as it was.`, { tone: 'warn' });
+  });
+  to.on('silent', () => {
+    say('The core has been busy for a while: the model may be too heavy.', {
+      tone: 'warn',
+      action: { label: 'Stop and go back', run: () => void to.restart() },
+    });
+  });
+  player = to.play({
+    onFrame: show,
+    onError: error => {
+      hands.value = [];
+      setPlaying(false);
+      complain(error);
+    },
+    pace: () => new Promise(done => requestAnimationFrame(() => done())),
+    columns: columns(),
+  });
+  effect(() => {
+    player!.columns = columns();
+    player!.poke();
+  });
+  effect(() => (playing.value ? player!.resume() : player!.pause()));
+}
+
+const JOBS = ['mesh', 'exportMesh', 'exportSamples'] as const;
+
+/** Asks the core; rejects with what it says. */
+export function ask<N extends RequestName>(name: N, input: Input<N>, options?: RequestOptions): Promise<Output<N>> {
+  if (!client) return Promise.reject(new Error('The core has not started yet: a moment, please.'));
+  const job = JOBS.find(j => j === name);
+  if (job) return client.job(job, input as Input<typeof job>, options) as Promise<Output<N>>;
+  if (name === 'apply') return client.apply((input as Input<'apply'>).command, options) as Promise<Output<N>>;
+  if (name === 'open') return client.open(input as Source, options) as Promise<Output<N>>;
+  return client.request(name, input, options);
+}
+
+/** Calls back with the scene's text when it has been saved outside the worker. */
+export function onSaved(keep: (scene: string) => void): void {
+  client?.on('saved', saved => keep(saved.scene));
+}
+
+export function failureOf(error: unknown): Failure {
+  const { kind, message, position } = error as Partial<Failure>;
+  const text = message ?? String(error);
+  return { kind: kind ?? 'stopped', message: text, ...(position === undefined ? {} : { position }) };
+}
+
+/** Says what went wrong, with a way on. */
+export function complain(error: unknown): void {
+  const failure = failureOf(error);
+  if (failure.kind === 'cancelled') return;
+  const sentence = failure.message.charAt(0).toUpperCase() + failure.message.slice(1);
+  const text = /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
+  const undoable = failure.kind === 'vanished' && (scene.value?.undo ?? 0) > 0;
+  say(text, { tone: 'warn', ...(undoable ? { action: { label: 'Undo the last change', run: () => void undo() } } : {}) });
+}
+
+/** Opens another scene; on an error the present one stays. */
+export async function open(source: Source, name: string): Promise<boolean> {
+  try {
+    const state = await ask('open', source);
+    batch(() => {
+      scene.value = state;
+      frame.value = null;
+      opening.value++;
+      title.value = name;
+      chosen.value = state.nodes[0]?.path ?? null;
+      chosenPins.value = new Set();
+      hands.value = [];
+      evenness.value = null;
+    });
+    forget();
+    poke();
+    return true;
+  } catch (error) {
+    complain(error);
+    return false;
+  }
+}
+
+/** Takes over what the core says the scene is. */
+export function adopt(state: SceneState): void {
+  batch(() => {
+    scene.value = state;
+    if (chosen.value !== null && !state.nodes.some(n => n.path === chosen.value)) chosen.value = state.nodes[0]?.path ?? null;
+    const known = new Set(state.pins.map(p => p.id));
+    const left = [...chosenPins.value].filter(id => known.has(id));
+    if (left.length < chosenPins.value.size) chosenPins.value = new Set(left);
+  });
+  poke();
+}
+
+/** Carries a command out; null, and a sentence in the page, where it fails. */
+export async function apply(command: Command, options?: RequestOptions): Promise<Change | null> {
+  try {
+    const { change, state } = await ask('apply', { command }, options);
+    adopt(state);
+    return change;
+  } catch (error) {
+    complain(error);
+    return null;
+  }
+}
+
+export async function undo(): Promise<void> {
+  if (scene.value?.undo) await apply({ do: 'undo' });
+}
+
+export async function redo(): Promise<void> {
+  if (scene.value?.redo) await apply({ do: 'redo' });
+}
+
+/** Something has changed: frames are wanted again. */
+export function poke(): void {
+  player?.poke();
+}
+
+export function setPlaying(on: boolean): void {
+  playing.value = on;
+}
+
+/** One step while time stands still. */
+export function stepOnce(): void {
+  playing.value = false;
+  player?.step(1);
+}
+
+/** Tells where pins are dragged to; only the last word before the next frame counts. */
+export function drag(to: readonly Hand[]): void {
+  hands.value = to;
+  player?.drag([...to]);
+}
+
+/** Lets go of them; resolves when the surface has settled. */
+export async function release(): Promise<void> {
+  if (hands.value.length === 0) return;
+  hands.value = [];
+  try {
+    await player?.release();
+    adopt(await ask('state', {}));
+  } catch (error) {
+    complain(error);
+  }
+}
+
+function columns(): Column[] {
+  const { colouring } = view.value;
+  return colouring === 'curvature' || colouring === 'error' ? [colouring] : [];
+}
+
+function show(next: Frame): void {
+  const { steps, stepMs } = next.stats;
+  batch(() => {
+    frame.value = next;
+    if (steps > 0 && stepMs > 0) speed.value = 0.9 * speed.value + (100 * steps) / stepMs;
+    alive.value = steps > 0;
+  });
+  clearTimeout(resting);
+  resting = window.setTimeout(() => {
+    alive.value = false;
+    void lookAtEvenness(true);
+  }, 2 * LOOK);
+  follow(next);
+  void lookAtEvenness(false);
+}
+
+let resting = 0;
+
+/** How the floaters lie, now and then. */
+async function lookAtEvenness(now: boolean): Promise<void> {
+  if (!view.value.figures || (!now && performance.now() - looked < LOOK)) return;
+  looked = performance.now();
+  try {
+    evenness.value = await ask('evenness', {});
+  } catch {
+    evenness.value = null;
+  }
+}
