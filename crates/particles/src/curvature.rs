@@ -44,6 +44,29 @@ pub(crate) fn principal(
     out
 }
 
+/// Principal curvatures of a surface at points of it (1/length), largest magnitude first; positive where convex seen from
+/// outside, NaN where the gradient vanishes or a derivative is not finite.
+///
+/// # Errors
+/// What the field reports; fields without second derivatives.
+pub fn curvatures(surface: &dyn Surface, points: &[V3]) -> Result<Vec<[f64; 2]>, isoswarm_field::FieldError> {
+    let axes = surface.axes();
+    let mut out = Vec::with_capacity(points.len());
+    for points in points.chunks(BATCH) {
+        let n = points.len();
+        let (mut value, mut gradient, mut hessian) = (vec![0.0; n], vec![[0.0; 3]; n], vec![[0.0; 6]; n]);
+        let narrowed = surface.narrowed(points, 0.0)?;
+        let surface = narrowed.as_deref().unwrap_or(surface);
+        surface.value_gradient(points, &mut value, &mut gradient)?;
+        surface.hessian(points, &mut hessian)?;
+        out.extend(gradient.iter().zip(&hessian).map(|(&g, &h)| {
+            let normal = crate::vector::unit(g);
+            if normal == [0.0; 3] { [f64::NAN; 2] } else { of_hessian(g, normal, h, axes) }
+        }));
+    }
+    Ok(out)
+}
+
 /// Goldman's formulas: the eigenvalues of the Hessian, restricted to the tangent plane, over |∇F|.
 pub(crate) fn of_hessian(gradient: V3, normal: V3, h: [f64; 6], axes: usize) -> [f64; 2] {
     let times = |v: V3| {
@@ -122,6 +145,15 @@ mod tests {
         assert!((k[0] - 2.0).abs() < 1e-14 && (k[1] - 0.4).abs() < 1e-14, "{k:?}");
         let k = of_hessian([4.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0, 2.0, 0.0, 0.0], 2);
         assert_eq!(k, [0.5, 0.0]);
+    }
+
+    #[test]
+    fn a_sphere_and_a_point_without_a_normal() {
+        let field = isoswarm_field::text::parse("x^2 + y^2 + z^2 - 4", &[]).unwrap();
+        let field = isoswarm_field::Field::new(&field).unwrap();
+        let k = curvatures(&field, &[[2.0, 0.0, 0.0], [0.0; 3]]).unwrap();
+        assert!(k[0].iter().all(|k| (k - 0.5).abs() < 1e-14), "{k:?}");
+        assert!(k[1][0].is_nan());
     }
 
     #[test]

@@ -30,6 +30,7 @@ mod swarm;
 use isoswarm_field::vector;
 
 pub use constraint::floater_velocity;
+pub use curvature::curvatures;
 pub use error::Error;
 pub use options::{Amount, Density, DensityFn, Method, Options, Phase, Progress, ProgressFn, Stop};
 pub use project::project;

@@ -1,12 +1,14 @@
 //! What a scene is set to.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
 /// How many floaters.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Amount {
     /// As many as make the mean distance between neighbours this long (model units).
@@ -16,7 +18,8 @@ pub enum Amount {
 }
 
 /// Denser floaters around a point: the user's focus of interest (WH94, future work).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Focus {
     /// Within about this distance of the dragged pins, or of all pins where none is dragged (model units).
@@ -26,7 +29,8 @@ pub struct Focus {
 }
 
 /// What a scene is set to; lengths in model units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// How many floaters.

@@ -34,9 +34,20 @@ pub(crate) struct Swarm {
     pub(crate) spacing: f64,
     /// Diagonal of the box around them (model units).
     pub(crate) size: f64,
+    /// Floaters that have split and that have died in steps.
+    pub(crate) births: u64,
+    pub(crate) deaths: u64,
 }
 
 impl Swarm {
+    /// Floaters at known places, before they are settled.
+    pub(crate) fn of(points: &[[f64; 3]], spacing: f64) -> Self {
+        let floaters = Floaters::new(points, AT_REST * spacing / NEAREST);
+        let mut swarm = Self { floaters, spacing, ..Self::default() };
+        swarm.measure();
+        swarm
+    }
+
     /// Floaters for a surface: those of `self` that are near it stay, and where there are none new ones come.
     pub(crate) fn settled(
         &self,
@@ -73,7 +84,7 @@ impl Swarm {
             Amount::Count(_) if self.spacing == 0.0 => fresh.report.spacing,
             Amount::Count(_) => self.spacing,
         };
-        let mut next = Self { floaters: self.floaters.clone(), spacing, size: 0.0 };
+        let mut next = Self { spacing, size: 0.0, ..self.clone() };
         let sigma = AT_REST * spacing / NEAREST;
         next.floaters.retain_near(field, bounds, SURVIVAL * spacing)?;
         next.floaters.admit(&fresh.points, APART * spacing, sigma);
@@ -83,7 +94,7 @@ impl Swarm {
     }
 
     /// Normals for those that have come and have not taken a step yet.
-    fn orient(&mut self, field: &Field) -> Result<(), Error> {
+    pub(crate) fn orient(&mut self, field: &Field) -> Result<(), Error> {
         let n = self.floaters.points.len();
         let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
         isoswarm_field::Surface::value_gradient(field, &self.floaters.points, &mut f, &mut g)?;
@@ -123,7 +134,9 @@ impl Swarm {
     pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
         let most = Settings::MOST;
         let parameters = Parameters { most, ..Parameters::live(self.size, self.spacing / NEAREST) };
-        self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        let happened = self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        self.births += happened.births as u64;
+        self.deaths += happened.deaths as u64;
         if self.floaters.off > LOST * self.spacing {
             // The surface has run away from some, or a part of it is gone.
             let mut rest = self.floaters.clone();

@@ -46,7 +46,8 @@ export type AdapterName = 'mover' | 'rotate' | 'scale' | 'taper' | 'twist' | 'be
 export type FitLoss = 'squares' | { huber: number } | { cauchy: number } | { soft_l1: number };
 
 export type Command =
-  | { do: 'set'; path: string; value: number }
+  /** `continued`: it goes on with the last change of this parameter, as a slider does; undo takes both back. */
+  | { do: 'set'; path: string; value: number; continued?: boolean }
   /** `pattern`: a path in which `*` stands for anything. */
   | { do: 'freeze'; pattern: string; frozen?: boolean }
   | { do: 'limit'; pattern: string; bounds: [number | null, number | null] }
@@ -71,12 +72,12 @@ export type Command =
   | { do: 'wrap'; path?: string; kind: string; parameters?: Record<string, number>; name?: string }
   | { do: 'unwrap'; path: string }
   | { do: 'reorder'; path?: string; order: number[] }
-  /** Gives a node a name; an empty one takes it away. */
-  | { do: 'rename'; path: string; name: string }
+  /** Gives a node a name (letters, digits and `_`); an empty one takes it away. */
+  | { do: 'rename'; path?: string; name: string }
   /** A copy beside a node, with parameters of its own. */
-  | { do: 'duplicate'; path: string; name?: string }
-  /** Takes a part out and adds it elsewhere, as `add` does. */
-  | { do: 'move'; path: string; to?: string }
+  | { do: 'duplicate'; path?: string; name?: string }
+  /** Several as one: undone together, and none is done if one fails. Not undo, redo or another of these. */
+  | { do: 'together'; commands: Command[] }
   /** Puts an adapter on a part. */
   | {
       do: 'adapt';

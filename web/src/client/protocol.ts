@@ -2,7 +2,7 @@
  * The messages between a page and the worker that runs the core. A request has a name and an id; the reply has the same id.
  * Arrays are transferred, never copied. See `client.ts` for the class that speaks this protocol.
  */
-import type { Change, Command, DragReport, Hand, Settings, TransferReport, Vec3, Along } from './commands.js';
+import type { AdapterName, Along, Change, Command, DragReport, Hand, Settings, TransferReport, Vec3 } from './commands.js';
 
 export type * from './commands.js';
 
@@ -16,10 +16,14 @@ export interface Source {
   settings?: Settings;
   /** A script (its text) to carry out after opening. */
   script?: string;
+  /** Floaters to begin with, 3 numbers each, as `Saved` has them; those near the surface stay. */
+  points?: Float64Array;
 }
 
 /** Columns of a frame that a page asks for beside positions, normals, radii and ids. */
 export type Column = 'curvature' | 'error' | 'exact';
+/** All columns. */
+export type ColumnName = Column | 'positions' | 'normals' | 'radii' | 'ids' | 'values';
 
 /** What there is to draw: one floater a row. Positions are model coordinates; arrays belong to whoever holds the frame. */
 export interface Frame {
@@ -178,6 +182,12 @@ export interface Kind {
   payload: 'none' | 'number' | 'exponents' | 'expression' | 'program' | 'callback';
 }
 
+/** An adapter that there is. */
+export interface AdapterKind {
+  name: AdapterName;
+  doc: string;
+}
+
 /** Where a ray meets the surface. */
 export interface Hit {
   at: Vec3;
@@ -192,6 +202,8 @@ export interface Saved {
   scene: string;
   /** What has been done since opening, as a script. */
   log: string;
+  /** The floaters, 3 numbers each: they are no part of a file. */
+  points: Float64Array;
 }
 
 /** How evenly the floaters lie: see docs/theory/metrics.md. */
@@ -215,8 +227,9 @@ export interface MeshData {
   positions: Float32Array;
   normals: Float32Array;
   indices: Uint32Array;
-  /** Components, genus and so on where known. */
   closed: boolean;
+  /** What the mesher says of it, in a sentence. */
+  report: string;
 }
 
 /** Time or steps, whichever ends first. */
@@ -240,12 +253,15 @@ export interface Requests {
   advance: [Budget & { hands?: Hand[]; radius?: number; columns?: Column[] }, Frame];
   state: [Record<string, never>, SceneState];
   kinds: [Record<string, never>, Kind[]];
+  adapters: [Record<string, never>, AdapterKind[]];
   /** Where a ray first meets the surface; null where it does not. The direction need not have length 1. */
   pick: [{ origin: Vec3; direction: Vec3 }, Hit | null];
   /** The nearest point of the surface. */
   project: [{ point: Vec3 }, Hit | null];
   /** Whether a formula or a model file can be read, and the model's size; the error says where it cannot. */
   check: [{ text: string; parameters?: Record<string, number> }, { formula: string | null; parameters: number }];
+  /** The part at a path (empty: the whole) as the text of a model file: what `add` and `replace` take. */
+  part: [{ path: string }, string];
   save: [Record<string, never>, Saved];
   evenness: [Record<string, never>, Evenness];
   /** The floaters as a file. */
@@ -255,6 +271,8 @@ export interface Requests {
   exportMesh: [{ format: MeshFormat; spacing?: number }, ArrayBuffer];
   /** Even samples as a file; a long job, in a worker of its own. */
   exportSamples: [{ format: PointFormat; count?: number }, ArrayBuffer];
+  /** For tests: makes the core panic, run out of memory or never come back. */
+  provoke: [{ what: 'panic' | 'memory' | 'hang' }, null];
 }
 
 export type RequestName = keyof Requests;
@@ -285,7 +303,7 @@ export interface Progress {
 
 /** To the worker. */
 export type ToWorker =
-  | { type: 'start'; wasm: WebAssembly.Module | ArrayBuffer | string; memoryLimit: number; cancel?: SharedArrayBuffer }
+  | { type: 'start'; wasm: WebAssembly.Module | BufferSource | string; memoryLimit: number; cancel?: SharedArrayBuffer }
   | { type: 'request'; id: number; name: RequestName; input: unknown };
 
 /** From the worker. */
