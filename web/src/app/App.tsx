@@ -11,7 +11,8 @@ import { TopBar } from './panels/TopBar.tsx';
 import { Tree } from './panels/Tree.tsx';
 import { ViewBar } from './panels/ViewBar.tsx';
 import { openFile } from './state/files.ts';
-import { dialog, sheet } from './state/ui.ts';
+import { frame, scene } from './state/session.ts';
+import { dialog, sheet, tool } from './state/ui.ts';
 import { setView, small, view } from './state/view.ts';
 import { IconButton } from './ui/controls.tsx';
 import { Toasts } from './ui/Toasts.tsx';
@@ -29,6 +30,7 @@ export function App() {
         <Viewport />
         <Toolbar />
         <ViewBar />
+        <Hint />
         <AdapterBar />
         {!isSmall && <PanelSwitches />}
       </main>
@@ -54,6 +56,12 @@ export function App() {
       <Toasts />
     </div>
   );
+}
+
+/** How to begin, until somebody has. */
+function Hint() {
+  if (view.value.knowsPins || !frame.value || scene.value?.adapter || tool.value !== 'pin') return null;
+  return <p class="hint">{small.value ? 'Tap the surface, then drag the pin' : 'Click the surface to set a pin, then drag it'}</p>;
 }
 
 /** Panels go away for a larger picture, and come back. */

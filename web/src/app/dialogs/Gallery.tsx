@@ -42,7 +42,7 @@ function Card({ scene, close }: { scene: GalleryScene; close: () => void }) {
   const picture = thumbnail(scene.id);
   return (
     <li>
-      <button type="button" class="card" onClick={() => void start()}>
+      <button type="button" class="card" data-scene={scene.id} onClick={() => void start()}>
         <span class="card-picture">{picture && <img src={picture} alt="" width={176} height={132} loading="lazy" />}</span>
         <strong>{scene.title}</strong>
         <small>{scene.note}</small>

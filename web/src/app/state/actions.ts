@@ -3,11 +3,14 @@ import type { AdapterName, Command, Kind, NodeState, ParameterState, PinState, S
 import { sendLatest } from './gesture.ts';
 import { apply, ask, complain, scene } from './session.ts';
 import { chosen, chosenPins, lockedPins, say } from './ui.ts';
+import { setView, view } from './view.ts';
 
 /** A pin on the surface; it becomes the chosen one. */
 export async function setPin(at: Vec3): Promise<void> {
   const change = await apply({ do: 'pin', at });
-  if (change?.pin !== null && change?.pin !== undefined) chosenPins.value = new Set([change.pin]);
+  if (change?.pin === null || change?.pin === undefined) return;
+  chosenPins.value = new Set([change.pin]);
+  if (!view.value.knowsPins) setView({ knowsPins: true });
 }
 
 export async function deletePins(ids: readonly number[]): Promise<void> {

@@ -17,6 +17,8 @@ export interface View {
   tree: boolean;
   inspector: boolean;
   figures: boolean;
+  /** Whether a pin has ever been set: then nobody needs to be told how. */
+  knowsPins: boolean;
 }
 
 const KEY = 'isoswarm.view';
@@ -31,6 +33,7 @@ const defaults: View = {
   tree: true,
   inspector: true,
   figures: true,
+  knowsPins: false,
 };
 
 function stored(): Partial<View> {

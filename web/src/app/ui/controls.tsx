@@ -83,7 +83,8 @@ export function Segmented<T extends string>(props: {
           tabIndex={c.value === props.value ? 0 : -1}
           onClick={() => props.onChange(c.value)}
         >
-          {c.icon ? <Icon name={c.icon} size={16} /> : c.label}
+          {c.icon && <Icon name={c.icon} size={16} />}
+          <span class={c.icon ? 'word' : undefined}>{c.label}</span>
         </button>
       ))}
     </div>
