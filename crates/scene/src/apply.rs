@@ -44,6 +44,7 @@ impl Scene {
     ) -> Result<Change, Error> {
         match command {
             Command::Set { path, value, continued } => self.set(&path, value, continued),
+            Command::Assign { values, pins } => self.assign(&values, &pins),
             Command::Freeze { pattern, frozen } => self.each(&pattern, |f, i| {
                 f.set_frozen(i, frozen);
                 Ok(())
@@ -226,6 +227,34 @@ impl Scene {
         self.now.state.field.set_value(i, value)?;
         self.now.hand_over()?;
         self.resettle(&format!("`{path}` = {value}"))?;
+        Ok(Change { parameters: true, transfer: self.adapting().cloned(), ..Change::default() })
+    }
+
+    fn assign(
+        &mut self,
+        values: &std::collections::BTreeMap<String, f64>,
+        pins: &[Hand],
+    ) -> Result<Change, Error> {
+        self.idle("take values over")?;
+        let mut places = Vec::with_capacity(pins.len());
+        for h in pins {
+            check_place("pins", h.to, self.field().axes())?;
+            places.push((self.find_pin(&h.pin)?, h.to));
+        }
+        self.remember();
+        for (path, value) in values {
+            let i = self.field().parameter(path)?;
+            self.mine(vec![i], path)?;
+            if self.field().parameters()[i].discrete {
+                return Err(Error::option("values", "no discrete parameters: `set` them", path));
+            }
+            self.now.state.field.set_value(i, *value)?;
+        }
+        for (k, to) in places {
+            self.now.state.pins[k].pin.at = to;
+        }
+        self.now.hand_over()?;
+        self.resettle("these values")?;
         Ok(Change { parameters: true, transfer: self.adapting().cloned(), ..Change::default() })
     }
 

@@ -66,6 +66,16 @@ pub enum Command {
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         continued: bool,
     },
+    /// Takes values of parameters and places of pins over from a scene that is the same but for them: all at once, exactly as they
+    /// come.
+    Assign {
+        /// Values by path, discrete ones apart.
+        #[serde(default)]
+        values: std::collections::BTreeMap<String, f64>,
+        /// Pins and where they are.
+        #[serde(default)]
+        pins: Vec<Hand>,
+    },
     /// Locks the parameters that fit the pattern (a path in which `*` stands for anything), or lets them go.
     Freeze {
         /// The pattern.

@@ -23,6 +23,8 @@ const APART: f64 = 0.75;
 const STAY: f64 = 0.9;
 /// Spacing of a coarse look at the surface, as a part of its size.
 const COARSE: f64 = 0.1;
+/// Where curvature sets the density it stays within this factor of that in the middle.
+const BENDS: f64 = 4.0;
 /// A place on the surface without a floater within so many spacings has not been seen yet.
 const UNSEEN: f64 = 4.0;
 
@@ -116,7 +118,34 @@ impl Swarm {
             let t = (0.25 * (d / focus.radius) * (d / focus.radius)).min(1.0);
             1.0 - (1.0 - focus.factor) * (1.0 - t) * (1.0 - t)
         };
-        self.floaters.size = self.floaters.points.iter().map(size).collect();
+        self.resize(size);
+    }
+
+    /// Makes each floater so many times as large in the next step.
+    fn resize(&mut self, factor: impl Fn(&[f64; 3]) -> f64) {
+        let floaters = &mut self.floaters;
+        floaters.size.resize(floaters.points.len(), 1.0);
+        floaters.size.iter_mut().zip(&floaters.points).for_each(|(size, p)| *size *= factor(p));
+    }
+
+    /// Makes floaters smaller, and so more, where the surface is curved more than in the middle of them, and larger where it is less.
+    pub(crate) fn look_at_bends(&mut self, field: &Field, strength: f64) -> Result<(), Error> {
+        let k = particles::curvatures(field, &self.floaters.points)?;
+        let squares: Vec<f64> = k.iter().map(|k| k[0] * k[0] + k[1] * k[1]).collect();
+        // Creases and singular points, where it is undefined, count as ordinary ones.
+        let mut known: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
+        if known.is_empty() {
+            return Ok(());
+        }
+        let middle = known.len() / 2;
+        let median = *known.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let relative = |s: f64| if s.is_finite() && median > 0.0 { s / median } else { 1.0 };
+        let size = |s: &f64| 1.0 / relative(*s).clamp(1.0 / BENDS, BENDS).sqrt();
+        self.floaters.size.resize(squares.len(), 1.0);
+        for (own, s) in self.floaters.size.iter_mut().zip(&squares) {
+            *own *= 1.0 + strength * (size(s) - 1.0);
+        }
+        Ok(())
     }
 
     /// Whether there are floaters wherever a coarse look finds the surface: a part of it may be new.

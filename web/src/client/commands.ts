@@ -36,7 +36,7 @@ export interface Settings {
   recovery?: number;
   /** Denser floaters around the hand: within `radius` the spacing is `factor` (0.01 to 1) of the spacing elsewhere. */
   focus?: { radius: number; factor: number };
-  /** Denser floaters where the surface is curved. */
+  /** Denser floaters where the surface is curved, 0 to 1, default 0. */
   curvature?: number;
 }
 
@@ -48,6 +48,8 @@ export type FitLoss = 'squares' | { huber: number } | { cauchy: number } | { sof
 export type Command =
   /** `continued`: it goes on with the last change of this parameter, as a slider does; undo takes both back. */
   | { do: 'set'; path: string; value: number; continued?: boolean }
+  /** Values by path and places of pins, all at once, exactly as they come. */
+  | { do: 'assign'; values?: Record<string, number>; pins?: Hand[] }
   /** `pattern`: a path in which `*` stands for anything. */
   | { do: 'freeze'; pattern: string; frozen?: boolean }
   | { do: 'limit'; pattern: string; bounds: [number | null, number | null] }

@@ -100,6 +100,7 @@ export class Host {
       value: parse(this.#module!.check(text, JSON.stringify(parameters ?? {}))),
     }),
     part: ({ path }) => ({ value: this.#scene.part(path) }),
+    box: ({ path }) => ({ value: parse(this.#scene.part_box(path)) }),
     save: () => {
       const points = this.#scene.exact();
       return { value: { scene: this.#scene.save(), log: this.#scene.log(), points }, transfer: [points.buffer] };

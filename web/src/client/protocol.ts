@@ -262,6 +262,8 @@ export interface Requests {
   check: [{ text: string; parameters?: Record<string, number> }, { formula: string | null; parameters: number }];
   /** The part at a path (empty: the whole) as the text of a model file: what `add` and `replace` take. */
   part: [{ path: string }, string];
+  /** The box around a part as it is before the operators above it; null where none is found. */
+  box: [{ path: string }, [Vec3, Vec3] | null];
   save: [Record<string, never>, Saved];
   evenness: [Record<string, never>, Evenness];
   /** The floaters as a file. */

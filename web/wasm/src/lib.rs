@@ -101,6 +101,14 @@ impl Core {
         let part = if path.is_empty() { model } else { model.node(path).thrown()? };
         Ok(isoswarm_field::json::to_json(&part))
     }
+
+    /// The box around the part at a path (empty: the whole), as it is before the operators above it; `null` where none is found.
+    pub fn part_box(&self, path: &str) -> Answer<String> {
+        let model = self.scene.model().thrown()?;
+        let part = if path.is_empty() { model } else { model.node(path).thrown()? };
+        let found = isoswarm_field::Field::new(&part).thrown()?.bounds();
+        to_json(&found.map(|b| [b.lo, b.hi]))
+    }
 }
 
 fn flow(stop: bool) -> ControlFlow<()> {
