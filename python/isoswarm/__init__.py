@@ -67,4 +67,13 @@ __all__ = [
     "sample",
     "shapes",
 ]
+def __getattr__(name: str) -> object:
+    # Only who uses it needs anywidget.
+    if name == "Studio":
+        from isoswarm.studio import Studio
+
+        return Studio
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 __all__ += _adapters + _blobs + _errors + _shapes + _special

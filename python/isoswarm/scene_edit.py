@@ -149,7 +149,10 @@ class EditableScene(SceneView):
     def _carry_out(self, command: str, watch: Watch, every: int | None) -> dict[str, Any]:
         if every is not None and as_count(every, "every") == 0:
             raise ValueError("every: expected a number of steps from 1, given 0")
-        return self._inner.apply(command, watch.function, every)
+        done = self._inner.apply(command, watch.function, every)
+        for watcher in self._watchers:
+            watcher()
+        return done
 
     def _part(self, part: Field | str) -> str:
         if isinstance(part, str):

@@ -13,8 +13,9 @@ Exit codes, which stay as they are:
 """
 
 from isoswarm.cli import run as _run  # adds its command
+from isoswarm.cli import studio as _studio  # and this one, too
 from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
 
-del _run
+del _run, _studio

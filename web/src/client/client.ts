@@ -111,6 +111,12 @@ export class Client {
   /** Sends a request; what all methods are made of. */
   async request<N extends RequestName>(name: N, input: Input<N>, options: RequestOptions = {}): Promise<Output<N>> {
     await this.#ready;
+    const output = await this.#send(name, input, options);
+    await this.#note(name, input, output);
+    return output;
+  }
+
+  async #send<N extends RequestName>(name: N, input: Input<N>, options: RequestOptions): Promise<Output<N>> {
     const link = this.#link;
     const { signal } = options;
     if (!signal || link.canCancel) return link.request(name, input, options);
@@ -126,28 +132,41 @@ export class Client {
     }
   }
 
-  /** Opens a scene; the old one stays where that fails. */
-  async open(source: Source, options: RequestOptions = {}): Promise<SceneState> {
-    const state = await this.request('open', source, options);
-    this.#tail = [];
-    this.#saved = null;
-    await this.save();
+  /** Keeps what is needed to start again, and tells what has changed. */
+  async #note<N extends RequestName>(name: N, input: Input<N>, output: Output<N>): Promise<void> {
+    if (name === 'open') {
+      this.#tail = [];
+      this.#saved = null;
+      this.#adapting = false;
+      await this.save().catch(() => undefined);
+      this.#changed(output as SceneState);
+    } else if (name === 'apply') {
+      const { command } = input as Input<'apply'>;
+      const { state } = output as Output<'apply'>;
+      this.#adapting = state.adapter !== null;
+      if (!HARMLESS.has(command.do)) {
+        this.#tail.push(command);
+        this.#saveSoon();
+      }
+      this.#changed(state);
+    } else if (name === 'advance' && ((input as Input<'advance'>).hands || (output as Frame).moving)) {
+      this.#saveSoon();
+    }
+  }
+
+  #changed(state: SceneState): void {
     this.#player?.poke();
     this.#tell('state', state);
-    return state;
+  }
+
+  /** Opens a scene; the old one stays where that fails. */
+  open(source: Source, options: RequestOptions = {}): Promise<SceneState> {
+    return this.request('open', source, options);
   }
 
   /** Carries a command out. */
-  async apply(command: Command, options: RequestOptions = {}): Promise<{ change: Change; state: SceneState }> {
-    const done = await this.request('apply', { command }, options);
-    this.#adapting = done.state.adapter !== null;
-    if (!HARMLESS.has(command.do)) {
-      this.#tail.push(command);
-      this.#saveSoon();
-    }
-    this.#player?.poke();
-    this.#tell('state', done.state);
-    return done;
+  apply(command: Command, options: RequestOptions = {}): Promise<{ change: Change; state: SceneState }> {
+    return this.request('apply', { command }, options);
   }
 
   /**
@@ -167,10 +186,8 @@ export class Client {
   }
 
   /** Lets time pass and gives a frame; see `play` for a loop. */
-  async advance(input: Budget & { hands?: Hand[]; radius?: number; columns?: Column[] } = {}): Promise<Frame> {
-    const frame = await this.request('advance', input);
-    if (input.hands || frame.moving) this.#saveSoon();
-    return frame;
+  advance(input: Budget & { hands?: Hand[]; radius?: number; columns?: Column[] } = {}): Promise<Frame> {
+    return this.request('advance', input);
   }
 
   frame(columns: Column[] = []): Promise<Frame> {
