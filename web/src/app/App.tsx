@@ -60,7 +60,7 @@ export function App() {
 
 /** How to begin, until somebody has. */
 function Hint() {
-  if (view.value.knowsPins || !frame.value || scene.value?.adapter || tool.value !== 'pin') return null;
+  if (view.value.knowsPins || view.value.colouring !== 'plain' || !frame.value || scene.value?.adapter || tool.value !== 'pin') return null;
   return <p class="hint">{small.value ? 'Tap the surface, then drag the pin' : 'Click the surface to set a pin, then drag it'}</p>;
 }
 

@@ -112,9 +112,9 @@ test('a phone: sheets from below, a tap sets a pin, nothing sticks out', async (
   await surface(page);
   const wide = await page.evaluate(() => document.documentElement.scrollWidth);
   expect(wide).toBeLessThanOrEqual(390);
-  await page.getByRole('button', { name: 'Parameters' }).tap();
+  await page.getByRole('button', { name: 'Parameters', exact: true }).tap();
   await expect(page.getByRole('complementary', { name: 'Parameters' })).toBeVisible();
-  await page.getByRole('button', { name: 'Parameters' }).tap();
+  await page.getByRole('button', { name: 'Parameters', exact: true }).tap();
   await expect(page.getByRole('complementary', { name: 'Parameters' })).toHaveCount(0);
   await page.getByRole('button', { name: 'Model', exact: true }).tap();
   await expect(page.getByRole('tree')).toBeVisible();

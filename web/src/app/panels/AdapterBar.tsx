@@ -1,7 +1,7 @@
 /** The adapter that is on: its values, how well the part follows, and what becomes of it. */
 import { setParameters, startAdapter } from '../state/actions.ts';
 import { endGesture } from '../state/gesture.ts';
-import { apply, frame, scene } from '../state/session.ts';
+import { apply, frame, scene, values } from '../state/session.ts';
 import { shownUnit } from '../state/units.ts';
 import { adapterOf } from '../viewport/AdapterHandles.tsx';
 import { Button, Segmented } from '../ui/controls.tsx';
@@ -22,7 +22,7 @@ const CLOSE = 1e-3;
 
 export function AdapterBar() {
   const state = scene.value;
-  const adapter = state && adapterOf(state, frame.value?.values);
+  const adapter = state && adapterOf(state, values.value);
   if (!adapter || !state.adapter) return null;
   const report = frame.value?.transfer ?? state.adapter.transfer;
   const follows = report.relative <= CLOSE;

@@ -1,14 +1,15 @@
 /** The quiet strip below: time, and how the floaters are. */
 import { open } from '../state/files.ts';
 import { type Sample, samples } from '../state/history.ts';
-import { alive, evenness, frame, playing, setPlaying, speed, stepOnce } from '../state/session.ts';
+import { alive, evenness, frame, playing, setPlaying, stepOnce } from '../state/session.ts';
 import { IconButton } from '../ui/controls.tsx';
 import { format } from '../ui/NumberField.tsx';
 import { Sparkline } from './Sparkline.tsx';
 
 export function Figures() {
-  const now = frame.value;
   const list = samples.value;
+  // Looked at with each sample, not with each frame.
+  const now = frame.peek();
   const last = list.at(-1);
   const even = evenness.value;
   const series = (key: keyof Sample) => list.map(s => s[key]);
@@ -17,7 +18,7 @@ export function Figures() {
       <Transport />
       <dl class="figures-list">
         <Figure name="Floaters" value={now ? now.count.toLocaleString('en') : '–'} line={series('floaters')} />
-        <Figure name="Steps a second" value={alive.value ? Math.round(speed.value).toLocaleString('en') : 'at rest'} line={series('steps')} zero />
+        <Figure name="Steps a second" value={alive.value ? Math.round(last?.steps ?? 0).toLocaleString('en') : 'at rest'} line={series('steps')} zero />
         <Figure
           name="Evenness"
           title="Variation of the distances to the nearest neighbour: 0 is perfectly even, below 0.05 very even."
@@ -26,7 +27,7 @@ export function Figures() {
         <Figure
           name="Off the surface"
           title="Largest distance of a floater from the surface at the beginning of the last step (model units)."
-          value={now ? format(now.stats.off, 2) : '–'}
+          value={last ? format(last.off, 2) : '–'}
           line={series('off')}
           zero
         />

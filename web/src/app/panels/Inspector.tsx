@@ -3,7 +3,7 @@ import type { ComponentChildren } from 'preact';
 import { useState } from 'preact/hooks';
 import type { AdapterName } from '../../client/protocol.ts';
 import { isHider, labelOf, startAdapter, together } from '../state/actions.ts';
-import { apply, frame, kinds, scene } from '../state/session.ts';
+import { apply, kinds, scene, values } from '../state/session.ts';
 import { chosen } from '../state/ui.ts';
 import { IconButton } from '../ui/controls.tsx';
 import { Icon, type IconName, kindIcon } from '../ui/Icon.tsx';
@@ -53,8 +53,7 @@ function Parameters() {
   const node = state.nodes.find(n => n.path === chosen.value) ?? state.nodes[0];
   if (!node) return null;
   const kind = kinds.value.find(k => k.name === node.kind);
-  const values = frame.value?.values;
-  const own = node.parameters.map(i => ({ p: state.parameters[i]!, value: values?.[i] ?? state.parameters[i]!.value }));
+  const own = node.parameters.map(i => ({ p: state.parameters[i]!, value: values.value[i] ?? state.parameters[i]!.value }));
   const frozen = own.length > 0 && own.every(({ p }) => p.frozen || p.discrete);
   const shown = all ? own : own.slice(0, MOST);
   return (

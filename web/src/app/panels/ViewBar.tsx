@@ -1,4 +1,5 @@
 /** How the surface is shown, at the viewport's upper edge. */
+import { cutAcross, toggleSection } from '../viewport/cut.ts';
 import { stage } from '../viewport/Viewport.tsx';
 import { type Colouring, type Mode, type Shading, section, setView, view } from '../state/view.ts';
 import { IconButton, Segmented, Slider } from '../ui/controls.tsx';
@@ -40,7 +41,7 @@ export function ViewBar() {
         >
           <Icon name="palette" size={16} /> <span class="word">{colour.label}</span>
         </Menu>
-        <IconButton icon="section" label="Section plane" keys="X" pressed={cut.on} onClick={() => (section.value = { ...cut, on: !cut.on })} />
+        <IconButton icon="section" label="Section plane" keys="X" pressed={cut.on} onClick={toggleSection} />
         <IconButton
           icon={orthographic ? 'ortho' : 'perspective'}
           label={orthographic ? 'Orthographic: switch to perspective' : 'Perspective: switch to orthographic'}
@@ -70,7 +71,7 @@ function SectionControls() {
         label="Across the axis"
         choices={axes}
         value={String(cut.axis) as '0' | '1' | '2'}
-        onChange={a => (section.value = { ...cut, axis: Number(a) as 0 | 1 | 2 })}
+        onChange={a => cutAcross(Number(a) as 0 | 1 | 2)}
       />
       <Slider label="Place of the section plane" value={cut.at} range={[0, 1]} onInput={at => (section.value = { ...cut, at })} />
       <IconButton small icon="turn" label="Cut the other side away" onClick={() => (section.value = { ...cut, flipped: !cut.flipped })} />

@@ -22,6 +22,8 @@ import { view } from './view.ts';
 
 export const scene = signal<SceneState | null>(null);
 export const frame = signal<Frame | null>(null);
+/** Values of the parameters as they are now; another array only where one differs. */
+export const values = signal<Float64Array>(new Float64Array());
 export const kinds = signal<readonly Kind[]>([]);
 export const evenness = signal<Evenness | null>(null);
 /** Whether time passes. */
@@ -33,8 +35,6 @@ export const title = signal('Untitled');
 export const hands = signal<readonly Hand[]>([]);
 /** Which opening of a scene this is: each is shown as a whole once. */
 export const opening = signal(0);
-/** Steps a second, as of late. */
-export const speed = signal(0);
 
 export const pins = computed(() => frame.value?.pins ?? scene.value?.pins ?? []);
 
@@ -204,11 +204,11 @@ function columns(): Column[] {
 }
 
 function show(next: Frame): void {
-  const { steps, stepMs } = next.stats;
   batch(() => {
     frame.value = next;
-    if (steps > 0 && stepMs > 0) speed.value = 0.9 * speed.value + (100 * steps) / stepMs;
-    alive.value = steps > 0;
+    const known = values.value;
+    if (known.length !== next.values.length || next.values.some((v, i) => v !== known[i])) values.value = next.values;
+    alive.value = next.stats.steps > 0;
   });
   clearTimeout(resting);
   resting = window.setTimeout(() => {

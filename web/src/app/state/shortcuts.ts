@@ -1,10 +1,11 @@
 /** Keys, and what they do: one table for the page and for the help sheet. */
+import { toggleSection } from '../viewport/cut.ts';
 import { stage } from '../viewport/Viewport.tsx';
 import { deletePins, startAdapter } from './actions.ts';
 import { open, saveFile } from './files.ts';
 import { apply, pins, playing, redo, scene, setPlaying, stepOnce, undo } from './session.ts';
 import { chosen, chosenPins, dialog, sheet, tool } from './ui.ts';
-import { type Mode, section, setView, view } from './view.ts';
+import { type Mode, setView, view } from './view.ts';
 
 interface Shortcut {
   keys: string;
@@ -36,7 +37,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { group: 'Look', keys: '2', key: '2', label: 'points', run: mode('points') },
   { group: 'Look', keys: '3', key: '3', label: 'mesh', run: mode('mesh') },
   { group: 'Look', keys: 'O', key: 'o', label: 'orthographic', run: () => setView({ orthographic: !view.value.orthographic }) },
-  { group: 'Look', keys: 'X', key: 'x', label: 'section plane', run: () => (section.value = { ...section.value, on: !section.value.on }) },
+  { group: 'Look', keys: 'X', key: 'x', label: 'section plane', run: toggleSection },
   { group: 'Look', keys: '\\', key: '\\', label: 'panels away, or back', run: togglePanels },
   { group: 'Tools', keys: 'P', key: 'p', label: 'set pins', run: () => (tool.value = 'pin') },
   { group: 'Tools', keys: 'L', key: 'l', label: 'look only', run: () => (tool.value = 'look') },

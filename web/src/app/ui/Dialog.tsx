@@ -17,7 +17,8 @@ export function Dialog({ title, hint, wide, onClose, children }: DialogProps) {
   useEffect(() => {
     const before = document.activeElement as HTMLElement | null;
     element.current!.showModal();
-    element.current!.querySelector<HTMLElement>('[autofocus]')?.focus();
+    const begin = element.current!.querySelector<HTMLElement>('input[autofocus]') ?? element.current!.querySelector('h2')!;
+    begin.focus();
     return () => before?.focus?.();
   }, []);
   return (
@@ -35,7 +36,7 @@ export function Dialog({ title, hint, wide, onClose, children }: DialogProps) {
       <div class="dialog-body">
         <header class="dialog-head">
           <div>
-            <h2 id={id}>{title}</h2>
+            <h2 id={id} tabIndex={-1}>{title}</h2>
             {hint && <p>{hint}</p>}
           </div>
           <IconButton icon="close" label="Close" onClick={onClose} />

@@ -34,6 +34,7 @@ export function Menu(props: MenuProps) {
 
   useEffect(() => {
     if (!open) return;
+    list.current!.showPopover();
     place(button.current!, list.current!, props.side ?? 'left');
     list.current!.querySelector<HTMLElement>('[role^=menuitem]:not(:disabled)')?.focus();
     const away = (event: Event) => {
@@ -86,7 +87,7 @@ export function Menu(props: MenuProps) {
         {props.children}
       </button>
       {open && (
-        <div ref={list} class="menu" role="menu" aria-label={props.label} onKeyDown={key} onClick={e => e.stopPropagation()}>
+        <div ref={list} popover="manual" class="menu" role="menu" aria-label={props.label} onKeyDown={key} onClick={e => e.stopPropagation()}>
           {props.items.map((item, i) => (item === null ? <hr key={i} /> : <Row key={i} item={item} close={close} />))}
         </div>
       )}

@@ -5,7 +5,7 @@ export function format(value: number, digits = 6): string {
   if (!Number.isFinite(value)) return '–';
   const rounded = Number(value.toPrecision(digits));
   const small = rounded !== 0 && Math.abs(rounded) < 1e-4;
-  return small || Math.abs(rounded) >= 1e7 ? rounded.toExponential(3) : String(rounded);
+  return small || Math.abs(rounded) >= 1e7 ? rounded.toExponential() : String(rounded);
 }
 
 interface NumberFieldProps {

@@ -3,7 +3,7 @@ import { useRef } from 'preact/hooks';
 import type { ParameterState, SceneState, Vec3 } from '../../client/protocol.ts';
 import { setParameters } from '../state/actions.ts';
 import { endGesture } from '../state/gesture.ts';
-import { frame, scene } from '../state/session.ts';
+import { scene, values } from '../state/session.ts';
 import { add, along, pixelAt } from './Pins.tsx';
 import type { Stage } from './stage.ts';
 import { drawn, stage } from './Viewport.tsx';
@@ -28,10 +28,10 @@ export interface AdapterState {
 }
 
 /** The adapter that is on. */
-export function adapterOf(state: SceneState, values: Float64Array | undefined): AdapterState | null {
+export function adapterOf(state: SceneState, values: Float64Array): AdapterState | null {
   const node = state.adapter && state.nodes.find(n => n.path === state.adapter!.path);
   if (!node) return null;
-  const all = node.parameters.map(i => ({ ...state.parameters[i]!, at: values?.[i] ?? state.parameters[i]!.value }));
+  const all = node.parameters.map(i => ({ ...state.parameters[i]!, at: values[i] ?? state.parameters[i]!.value }));
   const own = all.filter(p => !p.frozen && !p.discrete);
   const value = (name: string) => all.find(p => p.name === name)?.at;
   const middle = [0, 1, 2].map(a => (state.bounds[0][a]! + state.bounds[1][a]!) / 2) as Vec3;
@@ -43,7 +43,7 @@ export function adapterOf(state: SceneState, values: Float64Array | undefined): 
 export function AdapterHandles() {
   drawn.value;
   const on = stage.value;
-  const adapter = scene.value && adapterOf(scene.value, frame.value?.values);
+  const adapter = scene.value && adapterOf(scene.value, values.value);
   if (!on || !adapter || adapter.own.length > 3) return null;
   const { kind, own } = adapter;
   return (

@@ -2,7 +2,7 @@ import { effect, signal, untracked } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { ask, complain, frame, opening, scene } from '../state/session.ts';
 import { setPin } from '../state/actions.ts';
-import { chosenPins, say, tool } from '../state/ui.ts';
+import { chosenPins, say, sheet, tool } from '../state/ui.ts';
 import { dark, section, view } from '../state/view.ts';
 import { AdapterHandles } from './AdapterHandles.tsx';
 import { AxisGizmo } from './AxisGizmo.tsx';
@@ -44,6 +44,7 @@ export function Viewport() {
     const effects = [
       effect(() => {
         view.value;
+        sheet.value;
         untracked(resize);
       }),
       effect(() => made.look(view.value, section.value, dark.value, scene.value?.axes === 2)),

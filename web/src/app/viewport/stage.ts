@@ -298,7 +298,7 @@ export class Stage {
   async png(scale: number, background: string | null): Promise<Blob> {
     this.renderer.setPixelRatio(scale);
     this.renderer.setSize(this.size.width, this.size.height, false);
-    if (background) this.renderer.setClearColor(new THREE.Color(background).convertLinearToSRGB(), 1);
+    if (background) this.renderer.setClearColor(new THREE.Color(background), 1);
     this.aim();
     this.renderer.render(this.scene, this.camera);
     const blob = await new Promise<Blob | null>(done => this.canvas.toBlob(done, 'image/png'));
