@@ -1,11 +1,12 @@
 import './styles/index.css';
+import { effect } from '@preact/signals';
 import { render } from 'preact';
 import { connect } from '../client/index.ts';
 import { App } from './App.tsx';
 import { first } from './gallery/scenes.ts';
 import { startAutosave } from './state/autosave.ts';
 import { beginning } from './state/beginning.ts';
-import { ask, connectTo, kinds } from './state/session.ts';
+import { ask, connectTo, kinds, title } from './state/session.ts';
 import { listenForKeys } from './state/shortcuts.ts';
 import { say } from './state/ui.ts';
 
@@ -15,6 +16,9 @@ async function start(): Promise<void> {
   root.replaceChildren();
   render(<App />, root);
   listenForKeys();
+  effect(() => {
+    document.title = `${title.value} – isoswarm Studio`;
+  });
   connectTo(await client);
   startAutosave();
   await beginning(first);

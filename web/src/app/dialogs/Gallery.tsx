@@ -1,6 +1,6 @@
 import { useState } from 'preact/hooks';
 import { FaultNote, useCheck } from '../panels/FormulaField.tsx';
-import { open, openLong } from '../state/files.ts';
+import { open } from '../state/files.ts';
 import { dialog } from '../state/ui.ts';
 import { Button } from '../ui/controls.tsx';
 import { Dialog } from '../ui/Dialog.tsx';
@@ -37,7 +37,7 @@ export function Gallery() {
 function Card({ scene, close }: { scene: GalleryScene; close: () => void }) {
   const start = async () => {
     close();
-    await openLong(await scene.source(), scene.title);
+    await open(await scene.source(), scene.title);
   };
   const picture = thumbnail(scene.id);
   return (

@@ -1,9 +1,9 @@
-/** Files that leave the page. Long jobs show a bar with a way to cancel. */
+/** Files that leave the page. */
 import type { MeshFormat, PointFormat } from '../../client/protocol.ts';
 import { picture } from '../viewport/Viewport.tsx';
-import type { RequestOptions } from '../../client/index.ts';
+import { withBar } from './jobs.ts';
 import { ask, complain, title } from './session.ts';
-import { job, say } from './ui.ts';
+import { say } from './ui.ts';
 
 const TYPES: Record<string, string> = {
   ply: 'application/octet-stream',
@@ -35,35 +35,19 @@ export function download(data: BlobPart, ending: string): void {
   setTimeout(() => URL.revokeObjectURL(url), 10_000);
 }
 
-/** Runs a job with a bar; null where it failed or was cancelled, which is said. */
-export async function long<T>(name: string, run: (options: RequestOptions) => Promise<T>): Promise<T | null> {
-  const abort = new AbortController();
-  job.value = { title: name, done: null, cancel: () => abort.abort() };
-  try {
-    return await run({
-      signal: abort.signal,
-      onProgress: p => {
-        if (job.value && p.of > 0) job.value = { ...job.value, done: Math.min(1, p.done / p.of) };
-      },
-    });
-  } catch (error) {
-    complain(error);
-    return null;
-  } finally {
-    job.value = null;
-  }
-}
-
 export async function exportAs(what: 'mesh', format: MeshFormat): Promise<void>;
 export async function exportAs(what: 'points', format: PointFormat): Promise<void>;
 export async function exportAs(what: 'mesh' | 'points', format: string): Promise<void> {
-  const data = await long(`Exporting ${format.toUpperCase()}`, options =>
-    what === 'mesh'
-      ? ask('exportMesh', { format: format as MeshFormat }, options)
-      : ask('exportPoints', { format: format as PointFormat }, options),
-  );
-  if (!data) return;
-  download(data, format);
+  try {
+    const data = await withBar(`Exporting ${format.toUpperCase()}`, options =>
+      what === 'mesh'
+        ? ask('exportMesh', { format: format as MeshFormat }, options)
+        : ask('exportPoints', { format: format as PointFormat }, options),
+    );
+    download(data, format);
+  } catch (error) {
+    return complain(error);
+  }
   say(`${fileName(format)} is in your downloads.`, { tone: 'good' });
 }
 

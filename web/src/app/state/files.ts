@@ -1,6 +1,6 @@
 /** Scenes come in: from the gallery, files, drops, formulas; and go out as `.iso.json`. */
 import type { Source } from '../../client/protocol.ts';
-import { download, fileName, long } from './exports.ts';
+import { download, fileName } from './exports.ts';
 import { ask, complain, open as openSource, title } from './session.ts';
 import { dialog, say } from './ui.ts';
 
@@ -26,11 +26,6 @@ open.again = async (): Promise<void> => {
     action: { label: 'Go back', run: () => void openSource({ text: before.scene }, name) },
   });
 };
-
-/** The same with a bar, for scenes whose script takes long. */
-export async function openLong(source: Source, name: string): Promise<boolean> {
-  return (await long(`Opening ${name}`, () => open(source, name))) ?? false;
-}
 
 const withoutEnding = (name: string) => name.replace(/\.(iso\.)?(json|txt|iso)$/i, '');
 

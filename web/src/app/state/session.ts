@@ -17,6 +17,7 @@ import type {
   Source,
 } from '../../client/protocol.ts';
 import { follow, forget } from './history.ts';
+import { withBar } from './jobs.ts';
 import { chosen, chosenPins, say } from './ui.ts';
 import { view } from './view.ts';
 
@@ -38,6 +39,8 @@ export const opening = signal(0);
 
 export const pins = computed(() => frame.value?.pins ?? scene.value?.pins ?? []);
 
+/** What takes longer than so many milliseconds has a bar. */
+const LONG = 600;
 /** Milliseconds between looks at how even the floaters are. */
 const LOOK = 900;
 
@@ -113,7 +116,7 @@ export function complain(error: unknown): void {
 /** Opens another scene; on an error the present one stays. */
 export async function open(source: Source, name: string): Promise<boolean> {
   try {
-    const state = await ask('open', source);
+    const state = await withBar(`Opening ${name}`, options => ask('open', source, options), LONG);
     batch(() => {
       scene.value = state;
       frame.value = null;
@@ -146,9 +149,9 @@ export function adopt(state: SceneState): void {
 }
 
 /** Carries a command out; null, and a sentence in the page, where it fails. */
-export async function apply(command: Command, options?: RequestOptions): Promise<Change | null> {
+export async function apply(command: Command): Promise<Change | null> {
   try {
-    const { change, state } = await ask('apply', { command }, options);
+    const { change, state } = await withBar('Working', options => ask('apply', { command }, options), LONG);
     adopt(state);
     return change;
   } catch (error) {

@@ -1,6 +1,6 @@
 import { effect, untracked } from '@preact/signals';
 import { alive, ask, complain, failureOf, frame, scene } from '../state/session.ts';
-import { job } from '../state/ui.ts';
+import { withBar } from '../state/jobs.ts';
 import { setView, view } from '../state/view.ts';
 import type { Stage } from './stage.ts';
 
@@ -19,17 +19,8 @@ export function liveMesh(stage: Stage): () => void {
     const clock = frame.value?.clock ?? -1;
     if (busy || !scene.value || view.value.mode !== 'mesh' || clock === shown) return;
     busy = true;
-    const abort = new AbortController();
-    const bar = setTimeout(() => {
-      job.value = { title: 'Making the mesh', done: null, cancel: () => abort.abort() };
-    }, LONG);
     try {
-      const mesh = await ask('mesh', {}, {
-        signal: abort.signal,
-        onProgress: p => {
-          if (job.value && p.of > 0) job.value = { ...job.value, done: p.done / p.of };
-        },
-      });
+      const mesh = await withBar('Making the mesh', options => ask('mesh', {}, options), LONG);
       shown = clock;
       stage.setMesh(mesh, view.value);
     } catch (error) {
@@ -37,8 +28,6 @@ export function liveMesh(stage: Stage): () => void {
       if (failureOf(error).kind === 'cancelled') setView({ mode: 'discs' });
       complain(error);
     } finally {
-      clearTimeout(bar);
-      job.value = null;
       busy = false;
     }
     if (frame.value && frame.value.clock !== shown) later();

@@ -44,8 +44,6 @@ export class Stage {
   /** Called after each picture: overlays follow the camera. */
   onDraw: () => void = () => {};
   onLost: (lost: boolean) => void = () => {};
-  /** Milliseconds that the last pictures took. */
-  frameMs = 0;
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly perspective = new THREE.PerspectiveCamera(2 * HALF_FOV, 1, 0.01, 100);
@@ -104,14 +102,12 @@ export class Stage {
 
   private draw(refined: boolean): void {
     if (this.renderer.getContext().isContextLost()) return;
-    const started = performance.now();
     if (refined !== this.refined) {
       this.refined = refined;
       this.resizeBuffer();
     }
     this.aim();
     this.renderer.render(this.scene, this.camera);
-    if (!refined) this.frameMs = 0.8 * this.frameMs + 0.2 * (performance.now() - started);
     this.onDraw();
   }
 
