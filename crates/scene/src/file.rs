@@ -11,9 +11,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
+#[cfg(feature = "schema")]
+use crate::Command;
 use crate::command::check_place;
 use crate::control::ScenePin;
-use crate::{Along, Amount, Command, Entry, Error, Scene, Settings};
+use crate::{Along, Amount, Entry, Error, Scene, Settings};
 
 /// What a file of a scene calls itself.
 pub const FORMAT: &str = "isoswarm scene";
