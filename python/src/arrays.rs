@@ -10,6 +10,26 @@ pub fn points(what: &str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f6
 
 /// An (n, K) array as rows.
 pub fn rows<const K: usize>(what: &str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; K]>> {
+    table(what, array)
+}
+
+/// An (f, 3) array of vertex numbers as the core's triangles.
+pub fn faces(array: &PyReadonlyArray2<'_, i64>) -> PyResult<Vec<[u32; 3]>> {
+    let rows = table::<3, i64>("faces", array)?;
+    let wrong = |row: &[i64; 3]| {
+        PyValueError::new_err(format!("faces: expected vertex numbers from 0 to 4294967295, given {row:?}"))
+    };
+    let number = |row: &[i64; 3]| {
+        let [a, b, c] = row.map(u32::try_from);
+        a.and_then(|a| Ok([a, b?, c?])).map_err(|_| wrong(row))
+    };
+    rows.iter().map(number).collect()
+}
+
+fn table<const K: usize, T: numpy::Element + Copy>(
+    what: &str,
+    array: &PyReadonlyArray2<'_, T>,
+) -> PyResult<Vec<[T; K]>> {
     let view = array.as_array();
     if view.ncols() != K {
         let given = view.dim();
@@ -19,7 +39,7 @@ pub fn rows<const K: usize>(what: &str, array: &PyReadonlyArray2<'_, f64>) -> Py
 }
 
 /// An (n,) array as a column.
-pub fn column(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
+pub fn column<T: numpy::Element + Copy>(array: &PyReadonlyArray1<'_, T>) -> Vec<T> {
     array.as_array().iter().copied().collect()
 }
 

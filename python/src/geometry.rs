@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isoswarm_geometry::{
-    self as core, Background, Coloring, GeometryError, Picture, PictureOptions, PointCloud,
+    self as core, Background, Coloring, GeometryError, Mesh, Picture, PictureOptions, PointCloud,
 };
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -147,6 +147,28 @@ fn interruptible<T: Send>(
 pub fn animate<'py>(py: Python<'py>, frames: Vec<Vec<u8>>, seconds: f64) -> PyResult<Bound<'py, PyBytes>> {
     let png = interruptible(py, |_| core::animate(&frames, seconds))?;
     Ok(PyBytes::new(py, &png))
+}
+
+/// Saves triangles over points in the format that the path's ending names; columns that are left out are not written.
+#[pyfunction]
+#[pyo3(signature = (path, points, faces, normals=None, curvatures=None, ids=None))]
+pub fn save_mesh(
+    py: Python<'_>,
+    path: PathBuf,
+    points: PyReadonlyArray2<'_, f64>,
+    faces: PyReadonlyArray2<'_, i64>,
+    normals: Option<PyReadonlyArray2<'_, f64>>,
+    curvatures: Option<PyReadonlyArray2<'_, f64>>,
+    ids: Option<PyReadonlyArray1<'_, u64>>,
+) -> PyResult<()> {
+    let mesh = Mesh {
+        points: arrays::points("points", &points)?,
+        normals: normals.map(|a| arrays::points("normals", &a)).transpose()?.unwrap_or_default(),
+        curvatures: curvatures.map(|a| arrays::rows("curvatures", &a)).transpose()?.unwrap_or_default(),
+        ids: ids.map(|a| arrays::column(&a)).unwrap_or_default(),
+        faces: arrays::faces(&faces)?,
+    };
+    py.detach(|| core::save_mesh(&path, &mesh)).map_err(errors::geometry)
 }
 
 /// Writes a file whole or not at all.

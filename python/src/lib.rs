@@ -18,7 +18,7 @@ mod _core {
     #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
-    use crate::geometry::{Cloud, animate, write_bytes};
+    use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
 

@@ -45,6 +45,18 @@ pub enum GeometryError {
         /// The range that is accepted, in words.
         expected: &'static str,
     },
+    /// A triangle names a vertex that is not there.
+    #[error(
+        "faces: expected numbers of vertices from 0 to below {vertices}, but row {face} holds {given:?}; number the vertices from 0"
+    )]
+    NoSuchVertex {
+        /// Row of the triangle, counted from 0.
+        face: usize,
+        /// The three numbers.
+        given: [u32; 3],
+        /// Number of vertices.
+        vertices: usize,
+    },
     /// A colouring needs a column that the cloud does not have.
     #[error(
         "{needed_for} needs the column `{column}`, which this cloud does not have; add it or choose another colouring"

@@ -23,7 +23,7 @@ mod picture;
 mod points;
 
 pub use error::GeometryError;
-pub use files::{FileFormat, save, write_atomically};
+pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
 pub use mesh::{Fault, Mesh, Topology};
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,

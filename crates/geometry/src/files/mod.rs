@@ -1,6 +1,7 @@
-//! Point clouds to files: PLY, OBJ, CSV, NPZ, chosen by the file's ending and written atomically.
+//! Point clouds and meshes to files, chosen by the file's ending and written atomically.
 
 mod atomic;
+mod mesh;
 mod npz;
 mod ply;
 mod text;
@@ -9,6 +10,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 pub use atomic::write_atomically;
+pub use mesh::{MeshFormat, save_mesh};
 
 use crate::{GeometryError, PointCloud};
 
@@ -43,7 +45,7 @@ impl FileFormat {
     /// # Errors
     /// [`GeometryError::UnknownFormat`], which lists the known endings.
     pub fn from_path(path: &Path) -> Result<Self, GeometryError> {
-        let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let ending = ending_of(path);
         match ending.as_str() {
             "ply" => Ok(Self::Ply),
             "obj" => Ok(Self::Obj),
@@ -63,10 +65,10 @@ impl FileFormat {
     /// Whatever the writer reports.
     pub fn write(self, cloud: &PointCloud<'_>, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::Ply => ply::write(cloud, out),
-            Self::Obj => text::write_obj(cloud, out),
+            Self::Ply => ply::write(cloud, None, out),
+            Self::Obj => text::write_obj(cloud, None, out),
             Self::Csv => text::write_csv(cloud, out),
-            Self::Npz => npz::write(cloud, out),
+            Self::Npz => npz::write(cloud, None, out),
         }
     }
 }
@@ -82,6 +84,11 @@ pub fn save(path: impl AsRef<Path>, cloud: &PointCloud<'_>) -> Result<(), Geomet
     let format = FileFormat::from_path(path.as_ref())?;
     cloud.check()?;
     write_atomically(path.as_ref(), |out| format.write(cloud, out))
+}
+
+/// A path's ending without the dot, in lower case; empty if it has none.
+fn ending_of(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
 /// The numeric columns of a cloud in the order of the PLY properties, with their names: what PLY and CSV share.

@@ -5,13 +5,27 @@ use std::io::{self, Write};
 use super::Columns;
 use crate::PointCloud;
 
-pub(super) fn write_obj(cloud: &PointCloud<'_>, out: &mut dyn Write) -> io::Result<()> {
-    writeln!(out, "# isoswarm: points on an implicit surface, one vn for each v in the same order")?;
+/// The cloud, and triangles over it where there are any.
+pub(super) fn write_obj(
+    cloud: &PointCloud<'_>,
+    faces: Option<&[[u32; 3]]>,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let what = if faces.is_some() { "a mesh of" } else { "points on" };
+    writeln!(out, "# isoswarm: {what} an implicit surface, one vn for each v in the same order")?;
     for [x, y, z] in cloud.points {
         writeln!(out, "v {x:?} {y:?} {z:?}")?;
     }
     for [x, y, z] in cloud.normals.unwrap_or_default() {
         writeln!(out, "vn {x:?} {y:?} {z:?}")?;
+    }
+    for face in faces.unwrap_or_default() {
+        let [a, b, c] = face.map(|v| v + 1);
+        if cloud.normals.is_some() {
+            writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}")?;
+        } else {
+            writeln!(out, "f {a} {b} {c}")?;
+        }
     }
     Ok(())
 }

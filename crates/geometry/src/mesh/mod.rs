@@ -4,7 +4,9 @@ mod topology;
 
 pub use topology::{Fault, Topology};
 
-use isoswarm_field::vector::{V3, cross, scale, sub};
+use isoswarm_field::vector::{V3, cross, dot, norm, scale, sub};
+
+use crate::{GeometryError, PointCloud};
 
 /// Triangles over points, counter-clockwise seen from outside. Columns other than `points` and `faces` are empty or hold
 /// a row for each point.
@@ -28,6 +30,29 @@ impl Mesh {
         Self { points, faces, ..Self::default() }
     }
 
+    /// The vertices with their columns.
+    pub fn cloud(&self) -> PointCloud<'_> {
+        let normals = Some(&self.normals[..]).filter(|c| !c.is_empty());
+        let curvatures = Some(&self.curvatures[..]).filter(|c| !c.is_empty());
+        PointCloud { normals, curvatures, ..PointCloud::new(&self.points) }
+    }
+
+    /// Checks that all columns are equally long, coordinates finite, and that the faces name vertices that are there.
+    ///
+    /// # Errors
+    /// What [`PointCloud::check`] says, [`GeometryError::ColumnLength`] and [`GeometryError::NoSuchVertex`].
+    pub fn check(&self) -> Result<(), GeometryError> {
+        self.cloud().check()?;
+        let n = self.points.len();
+        if !self.ids.is_empty() && self.ids.len() != n {
+            return Err(GeometryError::ColumnLength { column: "ids", expected: n, given: self.ids.len() });
+        }
+        match self.faces.iter().position(|f| f.iter().any(|&v| v as usize >= n)) {
+            Some(face) => Err(GeometryError::NoSuchVertex { face, given: self.faces[face], vertices: n }),
+            None => Ok(()),
+        }
+    }
+
     /// The corners of triangle `f`.
     pub fn corners(&self, f: usize) -> [V3; 3] {
         self.faces[f].map(|v| self.points[v as usize])
@@ -41,7 +66,7 @@ impl Mesh {
 
     /// Area of all triangles.
     pub fn area(&self) -> f64 {
-        (0..self.faces.len()).map(|f| 0.5 * isoswarm_field::vector::norm(self.face_vector(f))).sum()
+        (0..self.faces.len()).map(|f| 0.5 * norm(self.face_vector(f))).sum()
     }
 
     /// Volume that the triangles enclose, by Gauss; it says nothing for a mesh with a boundary.
@@ -50,7 +75,7 @@ impl Mesh {
         let Some(&o) = self.points.first() else { return 0.0 };
         let one = |f| {
             let a = sub(self.corners(f)[0], o);
-            isoswarm_field::vector::dot(a, scale(self.face_vector(f), 1.0 / 6.0))
+            dot(a, scale(self.face_vector(f), 1.0 / 6.0))
         };
         (0..self.faces.len()).map(one).sum()
     }
