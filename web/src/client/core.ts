@@ -17,7 +17,7 @@ export interface Module extends Witness {
 /** Bytes of a page of memory. */
 const PAGE = 65536;
 /** Pages with which the module starts: what the linker lays out, and some more. */
-const FIRST = 64;
+const FIRST = 96;
 
 /**
  * Loads the module from its bytes, compiled form or address. Its memory grows to at most `limit` bytes.
