@@ -83,6 +83,7 @@ export class Client {
   #latest = new Latest();
   #player: Player | null = null;
   #adapting = false;
+  #open = false;
 
   constructor(options: ConnectOptions) {
     this.#options = { memoryLimit: MEMORY_LIMIT, saveAfter: 300, patience: 10_000, ...options };
@@ -100,6 +101,11 @@ export class Client {
   /** The scene as it was last saved outside the worker. */
   get saved(): Saved | null {
     return this.#saved;
+  }
+
+  /** Whether a scene has been opened. */
+  get isOpen(): boolean {
+    return this.#open;
   }
 
   /** Calls `handler` on each event, until the function that comes back is called. */
@@ -138,6 +144,7 @@ export class Client {
       this.#tail = [];
       this.#saved = null;
       this.#adapting = false;
+      this.#open = true;
       await this.save().catch(() => undefined);
       this.#changed(output as SceneState);
     } else if (name === 'apply') {
@@ -289,6 +296,7 @@ export class Client {
       if (this.#link === link) opened();
     }
     this.#adapting = state?.adapter != null;
+    this.#open = state !== null;
     this.#tell('restarted', { state, failure });
     if (state) this.#tell('state', state);
     this.#player?.poke();

@@ -42,7 +42,7 @@ export class Player {
     this.columns = options.columns ?? [];
     this.steps = options.steps ?? 4;
     this.budget = options.budget ?? 12;
-    void this.#run();
+    this.poke();
   }
 
   get paused(): boolean {
@@ -86,7 +86,7 @@ export class Player {
   /** Something has changed: a frame is wanted, and the floaters may have to settle. */
   poke(): void {
     this.#idle = 0;
-    if (!this.#running && !this.#stopped) void this.#run();
+    if (!this.#running && !this.#stopped && this.#client.isOpen) void this.#run();
   }
 
   /** Ends the loop. */
