@@ -6,7 +6,8 @@ const chromium = process.env.CHROMIUM ?? '/usr/bin/chromium';
 
 /** The built page in Debian's Chromium: `npx vite build` first. */
 export default defineConfig({
-  testDir: 'tests/page',
+  testDir: 'tests',
+  testMatch: ['page/**/*.spec.ts', 'widget/**/*.spec.ts'],
   outputDir: '../build/page-tests',
   workers: 1,
   timeout: 60_000,
