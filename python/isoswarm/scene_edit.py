@@ -124,7 +124,7 @@ class EditableScene(SceneView):
         >>> scene.duplicate("translate", name="twin")
         >>> scene.parameters["twin/x"].value = -1
         >>> sorted(scene.parameters.now)[-4:]
-        ['translate/z', 'twin/x', 'twin/y', 'twin/z']
+        ['twin/sphere/r', 'twin/x', 'twin/y', 'twin/z']
 
         """
         self._do("duplicate", path=path, name=name)
