@@ -20,6 +20,7 @@ from isoswarm.errors import __all__ as _errors
 from isoswarm.field import Field, Operand, Parameter, Parameters
 from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
+from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
 from isoswarm.samples import Evenness, Report, Samples
@@ -40,6 +41,8 @@ __all__ = [
     "Field",
     "FitResult",
     "Floaters",
+    "Mesh",
+    "MeshReport",
     "Moment",
     "Node",
     "Operand",
@@ -52,6 +55,7 @@ __all__ = [
     "SceneParameter",
     "SceneParameters",
     "Transfer",
+    "TriangleQuality",
     "__version__",
     "check_derivatives",
     "diagnose",
@@ -59,6 +63,7 @@ __all__ = [
     "from_function",
     "functions",
     "load",
+    "mesh",
     "metrics",
     "molecule",
     "parse",

@@ -136,6 +136,44 @@ def sample(
     time_limit: float | None,
     progress: Callable[[str, float, int, int], object] | None,
 ) -> dict[str, Any]: ...
+def mesh(
+    model: Model,
+    *,
+    n: int | None,
+    spacing: float | None,
+    error: float | None,
+    lo: Corner,
+    hi: Corner,
+    rule: str,
+    density: Callable[[Floats, Sequence[float]], Floats] | str | None,
+    smoothing: int | None,
+    intersections: bool,
+    seed: int,
+    most: int,
+    time_limit: float | None,
+    progress: Callable[[str, float, int, int], object] | None,
+) -> dict[str, Any]: ...
+def mesh_samples(
+    model: Model,
+    points: Floats,
+    normals: Floats,
+    radii: Floats,
+    *,
+    components: int,
+    unmet: str,
+    lo: Corner,
+    hi: Corner,
+    rule: str,
+    smoothing: int | None,
+    intersections: bool,
+) -> dict[str, Any]: ...
+class LiveMesh:
+    def __new__(cls, lo: Corner, hi: Corner) -> LiveMesh: ...
+    def update(
+        self, points: Floats, normals: Floats, ids: npt.NDArray[np.uint64], spacing: float
+    ) -> dict[str, Any]: ...
+
+def triangle_quality(points: Floats, faces: npt.NDArray[np.int64]) -> tuple[dict[str, Floats], dict[str, Any]]: ...
 def format_of(text: str) -> str | None: ...
 def read_script(text: str) -> list[tuple[int | None, str]]: ...
 def animate(frames: list[bytes], seconds: float) -> bytes: ...

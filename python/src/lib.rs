@@ -4,6 +4,7 @@ mod callback;
 mod errors;
 mod field;
 mod geometry;
+mod mesh;
 mod particles;
 mod scene;
 mod watch;
@@ -19,6 +20,8 @@ mod _core {
     use crate::field::{Model, kinds};
     #[pymodule_export]
     use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
+    #[pymodule_export]
+    use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
 

@@ -8,7 +8,7 @@ mod grid;
 
 use rayon::prelude::*;
 
-pub(crate) use grid::{Grid, spatial_order};
+pub use grid::{Grid, spatial_order};
 
 use crate::vector::V3;
 
@@ -17,7 +17,7 @@ const CELLS_PER_TASK: usize = 64;
 
 /// How far particles reach.
 #[derive(Clone, Copy)]
-pub(crate) enum Reach<'a> {
+pub enum Reach<'a> {
     /// All equally far.
     Same(f64),
     /// Each its own; two are neighbours where either reaches the other.
@@ -26,7 +26,7 @@ pub(crate) enum Reach<'a> {
 
 /// For each particle the others that it interacts with. Memory: 12 bytes a particle and 4 bytes a pair and side.
 #[derive(Default)]
-pub(crate) struct Neighbors {
+pub struct Neighbors {
     /// Part and place in it of each particle's row: how many there are, then who.
     place: Vec<(u32, u32)>,
     /// Rows as the tasks have written them: nothing is copied.
@@ -39,14 +39,14 @@ impl Neighbors {
 
     /// The neighbours of particle `i`, in an order that depends on positions only.
     #[inline(always)]
-    pub(crate) fn of(&self, i: usize) -> &[u32] {
+    pub fn of(&self, i: usize) -> &[u32] {
         let (part, at) = self.place[i];
         let row = &self.parts[part as usize][at as usize..];
         &row[1..=row[0] as usize]
     }
 
     /// All pairs within reach for which `keep(i, j)` holds.
-    pub(crate) fn find(points: &[V3], reach: Reach<'_>, keep: impl Fn(usize, usize) -> bool + Sync) -> Self {
+    pub fn find(points: &[V3], reach: Reach<'_>, keep: impl Fn(usize, usize) -> bool + Sync) -> Self {
         Self::find_marked(points, reach, |i, j| keep(i, j).then_some(0))
     }
 

@@ -17,9 +17,9 @@ const SHORT: f64 = 0.05;
 const VERTICES: usize = 32;
 
 /// Tag of an edge that is no bisector.
-const OPEN: u32 = u32::MAX;
+pub(crate) const OPEN: u32 = u32::MAX;
 /// Tag of an edge on a face of the bounds.
-const WALL: u32 = u32::MAX - 1;
+pub(crate) const WALL: u32 = u32::MAX - 1;
 
 /// The cell of one sample.
 #[derive(Clone, Copy, Debug)]
@@ -217,21 +217,23 @@ impl Stars<'_> {
 
     /// Whether the bounds clip the surface around a sample: then it or a neighbour lies on a face. A face that is near
     /// but not reached does not matter.
-    fn at_walls(&self, i: usize) -> bool {
+    fn at_walls(&self, i: usize, others: &[u32]) -> bool {
         let walls = self.walls;
         walls.touches(self.points[i])
-            || self.lists.of(i).iter().any(|&j| walls.touches(self.points[j as usize]))
+            || others.iter().any(|&j| walls.touches(self.points[j as usize]))
     }
 
-    fn cell_on_surface(&self, i: usize, desk: &mut Desk, mut star: impl FnMut(u32, f64)) -> Cell {
+    /// Clips the disc around sample `i` to its cell by the bisectors to those of `others` (numbers, repetitions do no
+    /// harm) nearer than twice `radius`. Gives the distance to the nearest, the farthest corner of the cell and the square
+    /// of its distance; the cell and the lengths of the ways along the surface are left on the desk.
+    fn outline(&self, i: usize, others: &[u32], radius: f64, desk: &mut Desk) -> (f64, V3, f64) {
         let Desk { cell, near, lengths } = desk;
         let (p, n) = (self.points[i], self.normals[i]);
-        let radius = self.reach(i);
         let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
         near.clear();
         let reach = 4.0 * radius * radius;
         let mut least = f64::INFINITY;
-        for &j in self.lists.of(i) {
+        for &j in others {
             let r = sub(self.points[j as usize], p);
             let square = dot(r, r);
             least = least.min(square);
@@ -241,7 +243,7 @@ impl Stars<'_> {
         }
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         cell.octagon(radius);
-        if self.at_walls(i) {
+        if self.at_walls(i, others) {
             self.clip_by_walls(p, u, v, radius, cell);
         }
         lengths.clear();
@@ -265,12 +267,24 @@ impl Stars<'_> {
             }
         }
         let (corner, square) = farthest;
+        (least.sqrt(), along(scale(u, corner[0]), corner[1], v), square)
+    }
+
+    /// The tags around the cell of sample `i`, counter-clockwise seen from the side to which its normal points.
+    pub(crate) fn ring(&self, i: usize, others: &[u32], radius: f64, desk: &mut Desk, out: &mut Vec<u32>) {
+        self.outline(i, others, radius, desk);
+        out.extend_from_slice(&desk.cell.now.tag[..desk.cell.n]);
+    }
+
+    fn cell_on_surface(&self, i: usize, desk: &mut Desk, mut star: impl FnMut(u32, f64)) -> Cell {
+        let (nearest, corner, square) = self.outline(i, self.lists.of(i), self.reach(i), desk);
+        let Desk { cell, lengths, .. } = desk;
         let mut out = Cell {
             area: cell.area(),
-            nearest: least.sqrt(),
+            nearest,
             mean: 0.0,
             hole: square.sqrt() as f32,
-            corner: along(scale(u, corner[0]), corner[1], v).map(|c| c as f32),
+            corner: corner.map(|c| c as f32),
             valence: 0,
             open: false,
             clipped: false,
@@ -310,7 +324,7 @@ impl Stars<'_> {
         let (p, n) = (self.points[i], self.normals[i]);
         let radius = self.reach(i);
         let t = [-n[1], n[0], 0.0];
-        let at_walls = self.at_walls(i);
+        let at_walls = self.at_walls(i, self.lists.of(i));
         let mut side = [(2.0 * radius, OPEN); 2];
         let mut nearest = f64::INFINITY;
         for &j in self.lists.of(i) {

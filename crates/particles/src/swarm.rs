@@ -145,7 +145,7 @@ const LEVEL: f64 = -0.25;
 /// sheet have opposing normals; those two sheets further have parallel normals and a segment along them. A floater
 /// without a normal belongs to every sheet.
 #[inline(always)]
-pub(crate) fn same_sheet(p: V3, q: V3, n: V3, m: V3) -> bool {
+pub fn same_sheet(p: V3, q: V3, n: V3, m: V3) -> bool {
     let c = dot(n, m);
     if c < OPPOSING {
         return false;

@@ -99,7 +99,7 @@ impl Now {
             self.swarm.look_at(&points, focus);
         }
         if self.state.settings.curvature > 0.0 {
-            self.swarm.look_at_bends(&self.state.field, self.state.settings.curvature)?;
+            self.swarm.look_at_bends(&self.state.field, self.state.settings.curvature);
         }
         let settings = &self.state.settings;
         if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed)? {

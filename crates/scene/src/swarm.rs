@@ -129,13 +129,13 @@ impl Swarm {
     }
 
     /// Makes floaters smaller, and so more, where the surface is curved more than in the middle of them, and larger where it is less.
-    pub(crate) fn look_at_bends(&mut self, field: &Field, strength: f64) -> Result<(), Error> {
-        let k = particles::curvatures(field, &self.floaters.points)?;
+    pub(crate) fn look_at_bends(&mut self, field: &Field, strength: f64) {
+        let k = particles::principal_curvatures(field, &self.floaters.points);
         let squares: Vec<f64> = k.iter().map(|k| k[0] * k[0] + k[1] * k[1]).collect();
         // Creases and singular points, where it is undefined, count as ordinary ones.
         let mut known: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
         if known.is_empty() {
-            return Ok(());
+            return;
         }
         let middle = known.len() / 2;
         let median = *known.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -145,7 +145,6 @@ impl Swarm {
         for (own, s) in self.floaters.size.iter_mut().zip(&squares) {
             *own *= 1.0 + strength * (size(s) - 1.0);
         }
-        Ok(())
     }
 
     /// Whether there are floaters wherever a coarse look finds the surface: a part of it may be new.

@@ -12,10 +12,11 @@ Exit codes, which stay as they are:
 ====  ==============================================================================
 """
 
+from isoswarm.cli import meshes as _meshes  # adds its command
 from isoswarm.cli import run as _run  # adds its command
 from isoswarm.cli import studio as _studio  # and this one, too
 from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
 
-del _run, _studio
+del _meshes, _run, _studio

@@ -108,11 +108,20 @@ export class Host {
     evenness: () => ({ value: parse(this.#scene.evenness()) }),
     exportPoints: ({ format }) => file(this.#scene.export_points(format)),
     exportSamples: ({ format, count }) => file(this.#scene.export_samples(format, count ?? 0)),
-    mesh: () => {
-      throw protocol('meshes are not in this build');
+    mesh: ({ spacing }, id) => {
+      const mesh = this.#scene.mesh(spacing ?? 0, this.#teller(id));
+      const [positions, normals, indices] = [mesh.positions(), mesh.normals(), mesh.indices()];
+      const value = { positions, normals, indices, ...parse<{ closed: boolean; report: string }>(mesh.report()) };
+      mesh.free();
+      return { value, transfer: [positions.buffer, normals.buffer, indices.buffer] };
     },
-    exportMesh: () => {
-      throw protocol('meshes are not in this build');
+    exportMesh: ({ format, spacing }, id) => {
+      const mesh = this.#scene.mesh(spacing ?? 0, this.#teller(id));
+      try {
+        return file(mesh.file(format));
+      } finally {
+        mesh.free();
+      }
     },
     provoke: ({ what }) => {
       while (what === 'hang');

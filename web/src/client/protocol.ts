@@ -21,7 +21,7 @@ export interface Source {
 }
 
 /** Columns of a frame that a page asks for beside positions, normals, radii and ids. */
-export type Column = 'curvature' | 'error' | 'exact';
+export type Column = 'curvature' | 'error' | 'exact' | 'faces';
 /** All columns. */
 export type ColumnName = Column | 'positions' | 'normals' | 'radii' | 'ids' | 'values';
 
@@ -45,6 +45,8 @@ export interface Frame {
   error?: Float32Array;
   /** Positions to the last bit, if asked for (`exact`). */
   exact?: Float64Array;
+  /** Triangles over the floaters, 3 row numbers each, counter-clockwise seen from outside, if asked for: a mesh that follows them. */
+  faces?: Uint32Array;
   /** Values of the parameters, in the order of `SceneState.parameters`. */
   values: Float64Array;
   pins: PinState[];
@@ -220,7 +222,7 @@ export interface Evenness {
 }
 
 export type PointFormat = 'ply' | 'obj' | 'csv' | 'npz';
-export type MeshFormat = 'ply' | 'obj' | 'stl' | 'glb' | '3mf';
+export type MeshFormat = 'ply' | 'obj' | 'stl' | 'glb' | '3mf' | 'vtp' | 'npz';
 
 /** Triangles, counter-clockwise seen from outside. */
 export interface MeshData {

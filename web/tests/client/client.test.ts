@@ -201,3 +201,31 @@ test('files: PLY of the floaters, CSV of even samples from a worker of its own',
   expect((await cancelled).kind).toBe('cancelled');
   expect((await client.advance()).count).toBeGreaterThan(80);
 });
+
+test('triangles: closed, counter-clockwise, with the volume of a sphere; files of them', async () => {
+  const client = await start();
+  await client.open({ text: 'sphere(r=1)', settings: { amount: { spacing: 0.15 } } });
+  const mesh = await client.mesh();
+  expect(mesh.closed).toBe(true);
+  expect(volume(mesh.positions, mesh.indices)).toBeCloseTo((4 / 3) * Math.PI, 1);
+  const stl = await client.exportMesh('stl');
+  const triangles = new DataView(stl).getUint32(80, true);
+  expect(stl.byteLength).toBe(84 + 50 * triangles);
+  expect(new TextDecoder('latin1').decode(await client.exportMesh('glb')).slice(0, 4)).toBe('glTF');
+  expect(new TextDecoder('latin1').decode(await client.exportMesh('3mf')).slice(0, 2)).toBe('PK');
+  // The mesh that follows the floaters.
+  await client.advance({ steps: 100 });
+  const { faces, positions, count } = await client.advance({ steps: 1, columns: ['faces'] });
+  expect(faces!.length / 3).toBe(2 * count - 4);
+  expect(volume(positions, faces!)).toBeCloseTo((4 / 3) * Math.PI, 1);
+});
+
+function volume(p: Float32Array, faces: Uint32Array): number {
+  let sum = 0;
+  for (let f = 0; f < faces.length; f += 3) {
+    const [a, b, c] = [0, 1, 2].map(k => [...p.subarray(3 * faces[f + k]!, 3 * faces[f + k]! + 3)] as [number, number, number]);
+    const [x, y, z] = [0, 1, 2].map(i => b![(i + 1) % 3]! * c![(i + 2) % 3]! - b![(i + 2) % 3]! * c![(i + 1) % 3]!);
+    sum += (a![0] * x! + a![1] * y! + a![2] * z!) / 6;
+  }
+  return sum;
+}

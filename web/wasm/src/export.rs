@@ -7,6 +7,7 @@ use wasm_bindgen::prelude::*;
 use crate::failure::{Failure, Thrown};
 use crate::{Answer, Core};
 
+/// The format of a file ending.
 fn format(name: &str) -> Answer<FileFormat> {
     FileFormat::from_path(std::path::Path::new(&format!("points.{name}"))).thrown()
 }

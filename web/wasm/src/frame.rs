@@ -1,6 +1,7 @@
 //! What there is to draw: columns of the floaters as typed arrays.
 
 use isoswarm_field::Surface;
+use isoswarm_geometry::LiveMesh;
 use isoswarm_scene::Scene;
 use js_sys::{Float32Array, Float64Array, Uint32Array};
 use serde_json::json;
@@ -8,6 +9,9 @@ use wasm_bindgen::prelude::*;
 
 use crate::failure::Thrown;
 use crate::{Answer, Core, report, state, to_json};
+
+/// Smallest and largest corner of a box.
+pub type Corners = ([f64; 3], [f64; 3]);
 
 /// Births and deaths up to the last frame.
 #[derive(Clone, Copy, Default)]
@@ -28,7 +32,7 @@ pub fn size(scene: &Scene) -> f64 {
     scene.frame().size
 }
 
-fn short(rows: &[[f64; 3]]) -> Float32Array {
+pub(crate) fn short(rows: &[[f64; 3]]) -> Float32Array {
     let flat: Vec<f32> = rows.iter().flatten().map(|v| *v as f32).collect();
     Float32Array::from(&flat[..])
 }
@@ -85,11 +89,24 @@ impl Core {
     }
 
     /// Mean curvature of the surface at each floater.
-    pub fn curvature(&self) -> Answer<Float32Array> {
+    pub fn curvature(&self) -> Float32Array {
         let points = &self.scene.frame().floaters.points;
-        let k = isoswarm_particles::curvatures(self.scene.field(), points).thrown()?;
+        let k = isoswarm_particles::principal_curvatures(self.scene.field(), points);
         let mean: Vec<f32> = k.iter().map(|[a, b]| (0.5 * (a + b)) as f32).collect();
-        Ok(Float32Array::from(&mean[..]))
+        Float32Array::from(&mean[..])
+    }
+
+    /// Triangles over the floaters, 3 numbers of rows each: a mesh that follows them from call to call.
+    pub fn faces(&mut self) -> Uint32Array {
+        let f = self.scene.frame();
+        let bounds = (f.bounds.lo, f.bounds.hi);
+        if self.live.as_ref().is_none_or(|(of, _)| *of != bounds) {
+            self.live = Some((bounds, LiveMesh::new(*f.bounds)));
+        }
+        let f = self.scene.frame();
+        let Some((_, live)) = &mut self.live else { return Uint32Array::new_with_length(0) };
+        live.update(&f.floaters.points, &f.floaters.normals, &f.floaters.id, f.spacing);
+        Uint32Array::from(live.mesh().faces.as_flattened())
     }
 
     /// |F|/|∇F| at each floater.

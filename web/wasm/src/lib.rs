@@ -6,6 +6,7 @@
 mod export;
 mod failure;
 mod frame;
+mod mesh;
 mod open;
 mod report;
 mod state;
@@ -32,6 +33,8 @@ pub struct Core {
     pub(crate) scene: Scene,
     /// What the next frame tells of the steps since the last one.
     pub(crate) since: frame::Since,
+    /// Triangles over the floaters, and the bounds that they end on.
+    pub(crate) live: Option<(frame::Corners, isoswarm_geometry::LiveMesh)>,
 }
 
 #[wasm_bindgen]
@@ -40,7 +43,7 @@ impl Core {
     pub fn open(source: &str, floaters: &[f64]) -> Answer<Core> {
         let scene = open::open(source, floaters)?;
         let since = frame::Since::of(&scene);
-        Ok(Core { scene, since })
+        Ok(Core { scene, since, live: None })
     }
 
     /// Carries a command out and gives the change. `tell(done, of, remaining)` is called once a step; true ends the command.

@@ -1,7 +1,43 @@
 //! Triangles over the swarm: floaters are the vertices.
+//!
+//! [`mesh`] samples a surface and meshes the samples; [`mesh_samples`] meshes samples that are there. Both give a [`Mesh`] and a
+//! [`MeshReport`], which says what was reached and where it was not. [`Topology`] checks any faces, [`Quality`] measures any triangles.
+//! A [`LiveMesh`] follows a swarm that moves.
+//!
+//! ```
+//! use isoswarm_field::{Aabb, Field, text};
+//! use isoswarm_geometry::{MeshOptions, Resolution, mesh};
+//!
+//! let torus = Field::new(&text::parse("(x^2+y^2+z^2+0.84)^2-4*(x^2+y^2)", &[])?)?;
+//! let bounds = Aabb::new([-1.6, -1.6, -0.6], [1.6, 1.6, 0.6]);
+//! let made = mesh(&torus, &bounds, MeshOptions { resolution: Resolution::Count(1000), ..Default::default() })?;
+//! assert!(made.report.topology.is_closed() && made.report.topology.genus() == [1]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod border;
+mod build;
+mod circumsphere;
+mod connect;
+mod corners;
+mod error;
+mod fill;
+mod intersect;
+mod live;
+mod quality;
+mod repair;
+mod report;
+mod sizes;
+mod smooth;
+mod stitch;
 mod topology;
+mod valence;
+mod vertices;
 
+pub use build::{MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
+pub use live::{LiveMesh, LiveUpdate};
+pub use quality::{FaceQuality, Quality};
+pub use report::MeshReport;
 pub use topology::{Fault, Topology};
 
 use isoswarm_field::vector::{V3, cross, dot, norm, scale, sub};

@@ -27,7 +27,7 @@ fn morton(c: [u64; 3]) -> u64 {
 ///
 /// Cells are in the order of their Morton codes, so that those of a block of 4 × 4 × 4 follow each other: a block's bits
 /// say which of them there are, and one look into the table finds all of them.
-pub(crate) struct Grid {
+pub struct Grid {
     lo: V3,
     inverse: f64,
     keys: Vec<u64>,
@@ -51,7 +51,7 @@ struct Block {
 impl Grid {
     /// A grid over `points[members]` (all points for `None`) with cells of side `cell` (> 0), or larger where the
     /// points extend over more than 2^21 cells.
-    pub(crate) fn new(points: &[V3], members: Option<Vec<u32>>, cell: f64) -> Self {
+    pub fn new(points: &[V3], members: Option<Vec<u32>>, cell: f64) -> Self {
         let members = members.unwrap_or_else(|| (0..points.len() as u32).collect());
         let (lo, cell) = Self::frame(points, &members, cell);
         let inverse = 1.0 / cell;
@@ -172,7 +172,7 @@ impl Grid {
 
     /// Calls `f` with every member of every cell that the ball around `p` may touch: a superset of those within
     /// `radius`, in a fixed order.
-    pub(crate) fn near(&self, p: V3, radius: f64, mut f: impl FnMut(u32)) {
+    pub fn near(&self, p: V3, radius: f64, mut f: impl FnMut(u32)) {
         let low = coordinates([p[0] - radius, p[1] - radius, p[2] - radius], self.lo, self.inverse);
         let high = coordinates([p[0] + radius, p[1] + radius, p[2] + radius], self.lo, self.inverse);
         let visits = (0..3).map(|a| (high[a] - low[a] + 1) as f64).product::<f64>();
@@ -230,7 +230,7 @@ fn coordinates(p: V3, lo: V3, inverse: f64) -> [u64; 3] {
 
 /// The order of the points along a Morton curve of the given resolution: neighbours in space become neighbours in
 /// memory. Ties keep their order.
-pub(crate) fn spatial_order(points: &[V3], cell: f64) -> Vec<u32> {
+pub fn spatial_order(points: &[V3], cell: f64) -> Vec<u32> {
     let members: Vec<u32> = (0..points.len() as u32).collect();
     let (lo, cell) = Grid::frame(points, &members, cell);
     let mut keyed: Vec<(u64, u32)> =

@@ -1,0 +1,147 @@
+//! The distance between triangles and surface: measured, and brought below a limit.
+
+use isoswarm_field::vector::{V3, distance, norm};
+use isoswarm_field::{FieldError, Surface};
+
+use super::connect::Triangles;
+use super::report::MeshReport;
+use super::smooth::smooth;
+use super::vertices::{Vertices, pull};
+
+/// Most rounds of refinement.
+const ROUNDS: usize = 8;
+/// Rounds of smoothing in each of the first of them.
+const SMOOTHING: usize = 2;
+const SMOOTHED: usize = 5;
+
+/// |F|/|∇F| at the points: their distance from the surface, to first order.
+pub(super) fn distances(surface: &dyn Surface, points: &[V3]) -> Result<Vec<f64>, FieldError> {
+    let (mut value, mut gradient) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
+    if !points.is_empty() {
+        surface.value_gradient(points, &mut value, &mut gradient)?;
+    }
+    Ok(value.iter().zip(&gradient).map(|(v, g)| if *v == 0.0 { 0.0 } else { v.abs() / norm(*g) }).collect())
+}
+
+/// The centre of each face.
+pub(super) fn centres(points: &[V3], faces: &[[u32; 3]]) -> Vec<V3> {
+    faces
+        .iter()
+        .map(|f| {
+            let [p, q, r] = f.map(|v| points[v as usize]);
+            [0, 1, 2].map(|a| (p[a] + q[a] + r[a]) / 3.0)
+        })
+        .collect()
+}
+
+/// Splits edges until no centre of a triangle and no middle of an edge is farther from the surface than `most`.
+pub(super) fn refine(
+    surface: &dyn Surface,
+    most: f64,
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+    report: &mut MeshReport,
+) -> Result<(), FieldError> {
+    for round in 0..ROUNDS {
+        let wanted = bad_edges(surface, most, triangles, vertices, report)?;
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        split(surface, triangles, vertices, held, report, wanted)?;
+        report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+        for _ in 0..if round < SMOOTHED { SMOOTHING } else { 0 } {
+            smooth(surface, triangles, vertices, held)?;
+            report.evaluations += vertices.len() as u64;
+            report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+        }
+    }
+    let left = bad_edges(surface, most, triangles, vertices, report)?;
+    if !left.is_empty() {
+        report.warnings.push(format!(
+            "{} edges are still farther than {most:e} from the surface or next to a triangle that is; the surface may bend sharply there",
+            left.len()
+        ));
+        let places = left.iter().map(|&(f, k)| vertices.points[triangles.faces[f as usize][k as usize] as usize]);
+        report.doubtful.extend(places.take(MeshReport::MOST_PLACES));
+    }
+    Ok(())
+}
+
+/// Edges that are too far off, and the longest edge of each face that is.
+fn bad_edges(
+    surface: &dyn Surface,
+    most: f64,
+    triangles: &Triangles,
+    vertices: &Vertices,
+    report: &mut MeshReport,
+) -> Result<Vec<(u32, u8)>, FieldError> {
+    let mut out: Vec<(u32, u8)> = Vec::new();
+    let centre = distances(surface, &centres(&vertices.points, &triangles.faces))?;
+    let mut edges: Vec<(u32, u8)> = Vec::new();
+    for (f, v) in triangles.faces.iter().enumerate() {
+        let side = |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
+        if centre[f] > most {
+            let k = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
+            out.push((f as u32, k as u8));
+        }
+        // Each edge as seen from one of its faces.
+        edges.extend((0..3u8).filter(|&k| triangles.across[f][k as usize] > f as u32).map(|k| (f as u32, k)));
+    }
+    let middles: Vec<V3> = edges
+        .iter()
+        .map(|&(f, k)| {
+            let v = triangles.faces[f as usize];
+            let (p, q) = (vertices.points[v[k as usize] as usize], vertices.points[v[(k as usize + 1) % 3] as usize]);
+            [0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a])
+        })
+        .collect();
+    let off = distances(surface, &middles)?;
+    report.evaluations += (centre.len() + middles.len()) as u64;
+    out.extend(edges.into_iter().zip(off).filter(|(_, d)| *d > most).map(|(e, _)| e));
+    Ok(out)
+}
+
+/// Puts a vertex in the middle of each edge, where its faces have not been split already.
+fn split(
+    surface: &dyn Surface,
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+    report: &mut MeshReport,
+    edges: Vec<(u32, u8)>,
+) -> Result<(), FieldError> {
+    let mut touched = vec![false; triangles.faces.len()];
+    let (mut points, mut normals, mut faces, mut chosen, mut spacing) = (vec![], vec![], vec![], vec![], vec![]);
+    for (f, k) in edges {
+        let (f, k) = (f as usize, k as usize);
+        let g = triangles.across[f][k];
+        if touched[f] || touched.get(g as usize).is_some_and(|t| *t) {
+            continue;
+        }
+        touched[f] = true;
+        if let Some(t) = touched.get_mut(g as usize) {
+            *t = true;
+        }
+        let (a, b) = (triangles.faces[f][k], triangles.faces[f][(k + 1) % 3]);
+        let (p, q) = (vertices.points[a as usize], vertices.points[b as usize]);
+        points.push([0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a]));
+        normals.push(vertices.normals[a as usize]);
+        let on_boundary = g == super::connect::NONE && vertices.share_face(a, b);
+        faces.push(if on_boundary { vertices.faces[a as usize] & vertices.faces[b as usize] } else { 0 });
+        spacing.push(0.5 * distance(p, q));
+        chosen.push((f, k));
+    }
+    let left = pull(surface, &mut points, &mut normals, &faces, |i| spacing[i], 4)?;
+    report.evaluations += 4 * points.len() as u64;
+    for (i, (f, k)) in chosen.into_iter().enumerate() {
+        if left[i].is_finite() {
+            let u = vertices.len() as u32;
+            vertices.push(points[i], normals[i], spacing[i], faces[i]);
+            held.push(false);
+            triangles.split(f, k, u);
+            report.inserted += 1;
+        }
+    }
+    Ok(())
+}

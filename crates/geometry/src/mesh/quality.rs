@@ -1,0 +1,142 @@
+//! How good triangles are.
+
+use isoswarm_field::vector::{V3, cross, dot, norm, sub};
+
+use super::Mesh;
+
+/// Quality of one triangle. A triangle without area has 0 for both measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FaceQuality {
+    /// Frey and Borouchaki's Q = 6/√3 · S / (p h) = 2√3 r / h, with area S, half the perimeter p, longest edge h and radius of the inscribed
+    /// circle r: 1 for equilateral triangles.
+    pub q: f64,
+    /// Twice the radius of the inscribed circle over that of the circumscribed one, 1 for equilateral triangles.
+    pub radius_ratio: f64,
+    /// Smallest angle, radians.
+    pub smallest_angle: f64,
+    /// Largest angle, radians.
+    pub largest_angle: f64,
+}
+
+impl FaceQuality {
+    /// Of the triangle with the given corners.
+    pub fn of([a, b, c]: [V3; 3]) -> Self {
+        let sides = [sub(c, b), sub(a, c), sub(b, a)];
+        let length = sides.map(norm);
+        let twice = norm(cross(sides[0], sides[1]));
+        let longest = length.iter().fold(0.0, |m: f64, &l| m.max(l));
+        if !(twice > 0.0 && longest.is_finite()) {
+            return Self { largest_angle: std::f64::consts::PI, ..Self::default() };
+        }
+        let half = 0.5 * (length[0] + length[1] + length[2]);
+        let inscribed = 0.5 * twice / half;
+        // Divided step by step: the product of three lengths leaves the range of numbers before they do.
+        let circumscribed = 0.5 * length[0] * (length[1] / twice) * length[2];
+        let angle = |k: usize| libm::atan2(twice, -dot(sides[(k + 1) % 3], sides[(k + 2) % 3]));
+        let angles = [angle(0), angle(1), angle(2)];
+        Self {
+            q: 2.0 * 3f64.sqrt() * inscribed / longest,
+            radius_ratio: 2.0 * inscribed / circumscribed,
+            smallest_angle: angles.iter().fold(f64::INFINITY, |m, &a| m.min(a)),
+            largest_angle: angles.iter().fold(0.0, |m, &a| m.max(a)),
+        }
+    }
+}
+
+/// Quality of all triangles of a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// Mean of Q.
+    pub q_avg: f64,
+    /// Smallest Q.
+    pub q_min: f64,
+    /// Mean of the ratio of the radii.
+    pub radius_ratio_avg: f64,
+    /// Smallest ratio of the radii.
+    pub radius_ratio_min: f64,
+    /// Smallest angle of all, degrees.
+    pub smallest_angle: f64,
+    /// Mean of the triangles' smallest angles, degrees.
+    pub smallest_angle_avg: f64,
+    /// Largest angle of all, degrees.
+    pub largest_angle: f64,
+    /// Part of the triangles with an angle below 30 degrees.
+    pub below_30: f64,
+    /// Part of the vertices with six triangles.
+    pub six_valent: f64,
+    /// Least and most triangles at a vertex, among vertices that have some.
+    pub valence: [u32; 2],
+}
+
+impl Quality {
+    /// Measures the faces over the points.
+    pub fn of(points: &[V3], faces: &[[u32; 3]]) -> Self {
+        if faces.is_empty() {
+            return Self::default();
+        }
+        let mut out = Self { q_min: f64::INFINITY, radius_ratio_min: f64::INFINITY, ..Self::default() };
+        let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
+        let mut below = 0usize;
+        let mut valence = vec![0u32; points.len()];
+        for f in faces {
+            f.iter().for_each(|&v| valence[v as usize] += 1);
+            let t = FaceQuality::of(f.map(|v| points[v as usize]));
+            out.q_avg += t.q;
+            out.q_min = out.q_min.min(t.q);
+            out.radius_ratio_avg += t.radius_ratio;
+            out.radius_ratio_min = out.radius_ratio_min.min(t.radius_ratio);
+            out.smallest_angle_avg += t.smallest_angle;
+            smallest = smallest.min(t.smallest_angle);
+            largest = largest.max(t.largest_angle);
+            below += usize::from(t.smallest_angle < 30f64.to_radians());
+        }
+        let n = faces.len() as f64;
+        out.q_avg /= n;
+        out.radius_ratio_avg /= n;
+        out.smallest_angle_avg = (out.smallest_angle_avg / n).to_degrees();
+        out.smallest_angle = smallest.to_degrees();
+        out.largest_angle = largest.to_degrees();
+        out.below_30 = below as f64 / n;
+        let used: Vec<u32> = valence.into_iter().filter(|v| *v > 0).collect();
+        out.six_valent = used.iter().filter(|v| **v == 6).count() as f64 / used.len() as f64;
+        out.valence = [used.iter().copied().min().unwrap_or(0), used.iter().copied().max().unwrap_or(0)];
+        out
+    }
+}
+
+impl Mesh {
+    /// Quality of each triangle, (f,).
+    pub fn face_quality(&self) -> Vec<FaceQuality> {
+        (0..self.faces.len()).map(|f| FaceQuality::of(self.corners(f))).collect()
+    }
+
+    /// Quality of all triangles.
+    pub fn quality(&self) -> Quality {
+        Quality::of(&self.points, &self.faces)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_triangles() {
+        let h = 0.75f64.sqrt();
+        for scale in [1e-120, 1.0, 1e120] {
+            let at = |p: V3| p.map(|c| c * scale);
+            let t = FaceQuality::of([at([0.0; 3]), at([1.0, 0.0, 0.0]), at([0.5, h, 0.0])]);
+            assert!((t.q - 1.0).abs() < 1e-14 && (t.radius_ratio - 1.0).abs() < 1e-14, "{t:?}");
+            assert!((t.smallest_angle.to_degrees() - 60.0).abs() < 1e-12);
+            // 3, 4, 5: inscribed radius 1, circumscribed 2.5.
+            let t = FaceQuality::of([at([0.0; 3]), at([3.0, 0.0, 0.0]), at([0.0, 4.0, 0.0])]);
+            assert!((t.radius_ratio - 0.8).abs() < 1e-14, "{t:?}");
+            assert!((t.q - 2.0 * 3f64.sqrt() / 5.0).abs() < 1e-14);
+            assert!((t.largest_angle.to_degrees() - 90.0).abs() < 1e-12);
+            assert!((t.smallest_angle - libm::atan2(3.0, 4.0)).abs() < 1e-12);
+        }
+        let flat = FaceQuality::of([[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
+        assert_eq!((flat.q, flat.radius_ratio, flat.smallest_angle), (0.0, 0.0, 0.0));
+        assert_eq!(Quality::of(&[], &[]), Quality::default());
+    }
+}
