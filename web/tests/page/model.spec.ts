@@ -110,7 +110,7 @@ test('a slider, a number and a lock', async ({ studio }) => {
 });
 
 test('a formula with a typo shows where, and a right one replaces the model', async ({ studio }) => {
-  const field = studio.getByLabel('Formula');
+  const field = studio.getByRole('textbox', { name: 'Formula' });
   await field.fill('sphere(1) | bux(1, 1, 1)');
   await expect(studio.locator('.fault')).toContainText('bux');
   const marked = await studio.locator('.fault pre').innerText();

@@ -14,7 +14,7 @@ test('a click sets a pin, a drag moves the surface, undo brings it back', async 
   // The pin is under the hand, and on the surface.
   expect(Math.abs((await centre(pin)).x - (ball.box.right - 25 + 90))).toBeLessThan(20);
   const { pins } = await saved(studio);
-  expect(Math.hypot(...pins[0]!.at)).toBeCloseTo(after, 3);
+  expect(Math.hypot(...pins[0]!.at)).toBeCloseTo(after, 2);
 
   await studio.keyboard.press('Control+z');
   await expect.poll(() => value(studio, 'sphere/r')).toBe(before);

@@ -1,5 +1,5 @@
 /** What is seen: discs, points, mesh, colours, camera, section. */
-import { clip, expect, floaters, fromGallery, look, middle, openFormula, rest, test } from './studio.ts';
+import { clip, expect, floaters, fromGallery, look, middle, needsMeshes, openFormula, rest, test } from './studio.ts';
 
 test('the first scene is a lit surface of discs in the middle of the picture', async ({ studio }) => {
   const seen = await look(studio);
@@ -22,6 +22,7 @@ test('discs, points and mesh cover the same place', async ({ studio }) => {
   expect(points.covered).toBeLessThan(0.8 * discs.covered);
   expect(points.covered).toBeGreaterThan(0.02 * discs.covered);
   await studio.getByRole('radio', { name: 'Mesh' }).click();
+  await needsMeshes(studio);
   await expect(studio.getByRole('radio', { name: 'Wireframe' })).toBeVisible();
   await expect.poll(async () => (await look(studio)).covered, { timeout: 30_000 }).toBeGreaterThan(0.9 * discs.covered);
   const mesh = await look(studio);

@@ -59,8 +59,8 @@ test('a change that leaves no surface is refused with a sentence', async ({ stud
 
 test('a formula without a surface says so', async ({ studio }) => {
   await studio.keyboard.press('g');
-  await studio.getByRole('dialog').getByLabel('Formula').fill('x^2 + y^2 + z^2 + 1');
-  await studio.getByRole('dialog').getByLabel('Formula').press('Enter');
+  await studio.getByRole('dialog').getByRole('textbox', { name: 'Formula' }).fill('x^2 + y^2 + z^2 + 1');
+  await studio.getByRole('dialog').getByRole('textbox', { name: 'Formula' }).press('Enter');
   await expect(studio.locator('.toast.warn')).toBeVisible();
 });
 

@@ -28,7 +28,7 @@ const defaults: View = {
   shading: 'smooth',
   colouring: 'plain',
   orthographic: false,
-  discSize: 1,
+  discSize: 1.2,
   theme: 'auto',
   tree: true,
   inspector: true,

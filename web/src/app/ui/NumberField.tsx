@@ -1,7 +1,7 @@
 import { useEffect, useState } from 'preact/hooks';
 
-/** A number as people write it: at most six significant digits, no exponent where it can be helped. */
-export function format(value: number, digits = 6): string {
+/** A number as people write it: a few significant digits, no exponent where it can be helped. */
+export function format(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return '–';
   const rounded = Number(value.toPrecision(digits));
   const small = rounded !== 0 && Math.abs(rounded) < 1e-4;
@@ -37,13 +37,16 @@ export function NumberField({ label, value, bounds = [null, null], unit, step = 
     setText(null);
     if (next !== value) onCommit(whole ? Math.round(next) : next);
   };
-  const leave = () => {
-    if (text === null) return;
+  const leave = (event: { currentTarget: HTMLInputElement }) => {
+    if (text === null) {
+      event.currentTarget.value = format(value);
+      return;
+    }
     const given = text.trim().replace(',', '.');
     commit(given === '' ? NaN : Number(given));
   };
-  const key = (event: KeyboardEvent) => {
-    if (event.key === 'Enter') leave();
+  const key = (event: KeyboardEvent & { currentTarget: HTMLInputElement }) => {
+    if (event.key === 'Enter') leave(event);
     if (event.key === 'Escape' && text !== null) {
       event.stopPropagation();
       setText(null);
@@ -65,7 +68,11 @@ export function NumberField({ label, value, bounds = [null, null], unit, step = 
         title={wrong || undefined}
         value={text ?? format(value)}
         onInput={e => setText(e.currentTarget.value)}
-        onFocus={e => e.currentTarget.select()}
+        onFocus={e => {
+          // All digits while it is edited.
+          e.currentTarget.value = String(Number(value.toPrecision(15)));
+          e.currentTarget.select();
+        }}
         onBlur={leave}
         onKeyDown={key}
       />

@@ -60,7 +60,7 @@ export function Pins() {
   );
 }
 
-/** The line to the hand where the pin lags behind, and an arrow where it slips. */
+/** The line to the hand where the pin lags behind, and an arrow along which it has slipped over the surface. */
 function Reach({ on, pin }: { on: Stage; pin: PinState }) {
   const hand = hands.value.find(h => h.pin === pin.id);
   const [x, y] = on.toScreen(pin.at);
@@ -71,15 +71,14 @@ function Reach({ on, pin }: { on: Stage; pin: PinState }) {
       lines.push(<line class="reach" x1={x} y1={y} x2={hx} y2={hy} />, <circle class="reach-end" cx={hx} cy={hy} r={4} />);
     }
   }
-  if (pin.slip && length(pin.slip) > 1e-3 * (frame.value?.size ?? 1)) {
-    const [sx, sy] = on.toScreen(add(pin.at, pin.slip));
+  if (pin.slip && length(pin.slip) > 1e-2 * (frame.value?.size ?? 1)) {
+    const [sx, sy] = on.toScreen(minus(pin.at, pin.slip));
     const far = Math.hypot(sx - x, sy - y);
-    if (far > 4) {
-      const [ux, uy] = [(sx - x) / far, (sy - y) / far];
-      const reach = Math.max(far, 22);
-      const [ex, ey] = [x + ux * reach, y + uy * reach];
-      const head = `${ex},${ey} ${ex - 7 * ux - 4 * uy},${ey - 7 * uy + 4 * ux} ${ex - 7 * ux + 4 * uy},${ey - 7 * uy - 4 * ux}`;
-      lines.push(<line class="slip" x1={x} y1={y} x2={ex} y2={ey} />, <polygon class="slip-head" points={head} />);
+    if (far > 24) {
+      const [ux, uy] = [(x - sx) / far, (y - sy) / far];
+      const [ex, ey] = [x - 13 * ux, y - 13 * uy];
+      const head = `${ex},${ey} ${ex - 8 * ux - 4.5 * uy},${ey - 8 * uy + 4.5 * ux} ${ex - 8 * ux + 4.5 * uy},${ey - 8 * uy - 4.5 * ux}`;
+      lines.push(<line class="slip" x1={sx} y1={sy} x2={ex - 6 * ux} y2={ey - 6 * uy} />, <polygon class="slip-head" points={head} />);
     }
   }
   return <>{lines}</>;

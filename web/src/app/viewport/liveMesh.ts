@@ -1,5 +1,5 @@
 import { effect, untracked } from '@preact/signals';
-import { alive, ask, complain, failureOf, frame, scene } from '../state/session.ts';
+import { alive, ask, complain, frame, scene } from '../state/session.ts';
 import { withBar } from '../state/jobs.ts';
 import { setView, view } from '../state/view.ts';
 import type { Stage } from './stage.ts';
@@ -24,8 +24,7 @@ export function liveMesh(stage: Stage): () => void {
       shown = clock;
       stage.setMesh(mesh, view.value);
     } catch (error) {
-      shown = clock;
-      if (failureOf(error).kind === 'cancelled') setView({ mode: 'discs' });
+      setView({ mode: 'discs' });
       complain(error);
     } finally {
       busy = false;

@@ -9,7 +9,7 @@ vec3 shade(vec3 albedo, vec3 n, vec3 v, vec3 up, float inside) {
   float sky = 0.5 + 0.5 * dot(n, up);
   float diffuse = max(dot(n, key), 0.0);
   float soft = max(0.5 + 0.5 * dot(n, fill), 0.0);
-  vec3 ambient = mix(vec3(0.17, 0.14, 0.13), vec3(0.46, 0.47, 0.5), sky);
+  vec3 ambient = mix(vec3(0.13, 0.11, 0.11), vec3(0.42, 0.43, 0.46), sky);
   vec3 light = ambient + 0.78 * diffuse * vec3(1.0, 0.96, 0.9) + 0.13 * soft * vec3(0.75, 0.85, 1.0);
   float facing = max(dot(n, v), 0.0);
   float rim = pow(1.0 - facing, 3.0) * (0.35 + 0.65 * sky);
