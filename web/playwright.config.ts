@@ -10,10 +10,10 @@ export default defineConfig({
   testMatch: ['page/**/*.spec.ts', 'widget/**/*.spec.ts'],
   outputDir: '../build/page-tests',
   workers: 1,
-  timeout: 60_000,
+  timeout: 120_000,
   forbidOnly: true,
   reporter: [['line']],
-  expect: { toHaveScreenshot: { maxDiffPixelRatio: 0.02 } },
+  expect: { timeout: 10_000, toHaveScreenshot: { maxDiffPixelRatio: 0.02 } },
   use: {
     baseURL: `http://127.0.0.1:${port}/`,
     viewport: { width: 1440, height: 900 },

@@ -46,9 +46,11 @@ export async function surface(page: Page): Promise<void> {
   await rest(page);
 }
 
-/** Waits until the picture does not change any more. */
+/** Waits until the surface has come to rest, and the picture has been drawn. */
 export async function rest(page: Page): Promise<void> {
-  await page.waitForTimeout(500);
+  await page.waitForTimeout(300);
+  await expect(page.locator('canvas.stage')).toHaveAttribute('data-moving', 'false', { timeout: 30_000 });
+  await page.waitForTimeout(400);
 }
 
 export interface Look {

@@ -27,6 +27,13 @@ function fits(kind: Kind, search: string): boolean {
     .every(w => words.includes(w));
 }
 
+/** How well it fits: what is called so comes before what is only told of so. */
+function rank(kind: Kind, search: string): number {
+  const name = kind.name.replaceAll('_', ' ');
+  const word = search.trim().toLowerCase().replaceAll('_', ' ');
+  return name === word ? 0 : name.startsWith(word) ? 1 : name.includes(word) ? 2 : 3;
+}
+
 const HEADINGS: Record<string, string> = { shape: 'Shapes', operator: 'Operators', deformation: 'Deformations' };
 
 export function KindPicker({ what }: { what: 'add' | 'wrap' }) {
@@ -42,7 +49,9 @@ export function KindPicker({ what }: { what: 'add' | 'wrap' }) {
     if (what === 'add') void addShape(node.path, templateOf(kind, scene.value!.size));
     else void wrapNode(node, kind);
   };
-  const found = choices(what).filter(k => fits(k, search));
+  const found = choices(what)
+    .filter(k => fits(k, search))
+    .sort((a, b) => rank(a, search) - rank(b, search));
   const groups = [...new Set(found.map(k => k.category))];
   const key = (event: KeyboardEvent) => {
     const items = [...list.current!.querySelectorAll<HTMLElement>('button.kind')];

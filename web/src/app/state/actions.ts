@@ -77,7 +77,7 @@ export function isHider(node: NodeState, parameters: readonly ParameterState[]):
 export async function hideNode(node: NodeState): Promise<void> {
   const nodes = scene.value?.nodes ?? [];
   const above = nodes[node.parent];
-  if (!above) return say('The whole model cannot be hidden: only one of its parts can.');
+  if (!above) return void say('The whole model cannot be hidden: only one of its parts can.');
   const everything = above.kind.includes('intersection');
   const place = nodes.indexOf(node);
   const change = await apply({ do: 'wrap', path: node.path, kind: 'offset', parameters: { d: everything ? AWAY : -AWAY } });
@@ -90,7 +90,7 @@ export async function showNode(hider: NodeState): Promise<void> {
 }
 
 export async function removeNode(node: NodeState): Promise<void> {
-  if (node.parent < 0) return say('The whole model cannot be removed: open another from the gallery, or type a formula.');
+  if (node.parent < 0) return void say('The whole model cannot be removed: open another from the gallery, or type a formula.');
   const nodes = scene.value?.nodes ?? [];
   const above = nodes[node.parent]!;
   const hidden = isHider(above, scene.value?.parameters ?? []);

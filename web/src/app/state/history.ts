@@ -40,4 +40,5 @@ export function follow(frame: Frame): void {
 /** Another scene. */
 export function forget(): void {
   samples.value = [];
+  since = 0;
 }

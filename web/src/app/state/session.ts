@@ -18,7 +18,7 @@ import type {
 } from '../../client/protocol.ts';
 import { follow, forget } from './history.ts';
 import { withBar } from './jobs.ts';
-import { chosen, chosenPins, say } from './ui.ts';
+import { chosen, chosenPins, hush, say } from './ui.ts';
 import { view } from './view.ts';
 
 export const scene = signal<SceneState | null>(null);
@@ -41,12 +41,16 @@ export const pins = computed(() => frame.value?.pins ?? scene.value?.pins ?? [])
 
 /** What takes longer than so many milliseconds has a bar. */
 const LONG = 600;
+/** Milliseconds without a frame after which all is at rest. */
+const QUIET = 700;
 /** Milliseconds between looks at how even the floaters are. */
 const LOOK = 900;
 
 let client: Client | null = null;
 let player: Player | null = null;
 let looked = 0;
+/** The note that the core is busy, to be taken away when it answers. */
+let busyNote = 0;
 
 /** Takes the client over, once it is there. */
 export function connectTo(to: Client): void {
@@ -58,7 +62,7 @@ export function connectTo(to: Client): void {
     say(`${why} and was started again. Your scene is as it was.`, { tone: 'warn' });
   });
   to.on('silent', () => {
-    say('The core has been busy for a while: the model may be too heavy.', {
+    busyNote = say('The core has been busy for a while: the model may be too heavy.', {
       tone: 'warn',
       action: { label: 'Stop and go back', run: () => void to.restart() },
     });
@@ -207,6 +211,7 @@ function columns(): Column[] {
 }
 
 function show(next: Frame): void {
+  hush(busyNote);
   batch(() => {
     frame.value = next;
     const known = values.value;
@@ -217,7 +222,7 @@ function show(next: Frame): void {
   resting = window.setTimeout(() => {
     alive.value = false;
     void lookAtEvenness(true);
-  }, 2 * LOOK);
+  }, QUIET);
   follow(next);
   void lookAtEvenness(false);
 }

@@ -29,15 +29,16 @@ export const toasts = signal<readonly Toast[]>([]);
 let nextToast = 1;
 
 /** Says something in the page. Warnings stay until they are closed or the next one comes. */
-export function say(text: string, options: Partial<Omit<Toast, 'id' | 'text'>> = {}): void {
+export function say(text: string, options: Partial<Omit<Toast, 'id' | 'text'>> = {}): number {
   const toast: Toast = { id: nextToast++, text, tone: options.tone ?? 'plain', ...(options.action ? { action: options.action } : {}) };
   const others = toasts.value.filter(t => t.text !== text).slice(-2);
   toasts.value = [...others, toast];
   if (toast.tone !== 'warn') setTimeout(() => hush(toast.id), toast.action ? 9000 : 4500);
+  return toast.id;
 }
 
 export function hush(id: number): void {
-  toasts.value = toasts.value.filter(t => t.id !== id);
+  if (toasts.value.some(t => t.id === id)) toasts.value = toasts.value.filter(t => t.id !== id);
 }
 
 /** A job that takes long: a bar with a way to cancel it. */

@@ -57,6 +57,8 @@ export class Stage {
   private refined = false;
   private orthographic = false;
   private box = new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
+  /** Around all floaters. */
+  private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
 
   /** @throws where there is no WebGL 2. */
   constructor(readonly canvas: HTMLCanvasElement) {
@@ -115,9 +117,9 @@ export class Stage {
   private aim(): void {
     const camera = this.camera;
     camera.updateMatrixWorld();
-    const sphere = this.box.getBoundingSphere(new THREE.Sphere());
+    const sphere = this.sphere;
     const away = camera.position.distanceTo(sphere.center);
-    const radius = 1.6 * sphere.radius + 1e-9;
+    const radius = 1.6 * sphere.radius;
     camera.near = this.orthographic ? away - 40 * radius : Math.max((away - radius) * 0.9, away * 2e-3, radius * 1e-3);
     camera.far = away + (this.orthographic ? 40 : 1.2) * radius;
     camera.updateProjectionMatrix();
@@ -175,10 +177,20 @@ export class Stage {
       if (v < lo[a]!) lo[a] = v;
       if (v > hi[a]!) hi[a] = v;
     }
-    if (frame.count > 0) this.box.set(new THREE.Vector3(...lo), new THREE.Vector3(...hi));
+    if (frame.count > 0) {
+      this.box.set(new THREE.Vector3(...lo), new THREE.Vector3(...hi));
+      this.enclose(p, frame.spacing);
+    }
     const [low, high] = frame.bounds;
     const near = 0.5 * frame.spacing;
     return lo.some((v, a) => v < low[a]! + near) || hi.some((v, a) => v > high[a]! - near);
+  }
+
+  private enclose(p: Float32Array, margin: number): void {
+    const { x, y, z } = this.box.getCenter(this.sphere.center);
+    let most = 0;
+    for (let k = 0; k < p.length; k += 3) most = Math.max(most, (p[k]! - x) ** 2 + (p[k + 1]! - y) ** 2 + (p[k + 2]! - z) ** 2);
+    this.sphere.radius = Math.sqrt(most) + margin;
   }
 
   setMesh(mesh: MeshData, view: View): void {
@@ -242,7 +254,7 @@ export class Stage {
 
   /** Shows all of the surface, from where the camera is or along a direction. */
   fit(along?: Vec3): void {
-    const sphere = this.box.getBoundingSphere(new THREE.Sphere());
+    const sphere = this.sphere;
     const direction = along ? new THREE.Vector3(...along) : this.camera.position.clone().sub(this.controls.target);
     if (direction.lengthSq() === 0) direction.set(2, -3, 1.6);
     const { width, height } = this.size;
@@ -251,7 +263,7 @@ export class Stage {
       height: Math.max(80, height - this.insets.top - this.insets.bottom),
     };
     const tan = Math.tan(THREE.MathUtils.degToRad(HALF_FOV));
-    const margin = 1.1 * sphere.radius * Math.max(1, free.height / free.width) * (height / free.height);
+    const margin = 1.2 * sphere.radius * Math.max(1, free.height / free.width) * (height / free.height);
     const away = margin / tan + 0.2 * sphere.radius;
     this.controls.target.copy(sphere.center);
     for (const camera of [this.perspective, this.flat]) {
