@@ -22,7 +22,16 @@ def rows(options: Options) -> list[Row]:
     where = "Chromium, headless"
     many = found["steps50"]["rate"]
     return [
-        Row("whole step, 16 blobs, 20,000 floaters", f"{number(steps)} steps/s", where, steps, "1/s", 60.0, 60.0, data=found),
+        Row(
+            "whole step, 16 blobs, 20,000 floaters",
+            f"{number(steps)} steps/s",
+            where,
+            steps,
+            "1/s",
+            60.0,
+            60.0,
+            data=found,
+        ),
         Row("whole step, 16 blobs, 50,000 floaters", f"{number(many)} steps/s", where, many, "1/s", 40.0, 40.0),
         Row("hand to moved surface, 5,000 floaters", f"{number(drag)} ms", where, drag, "ms", 50.0, 25.0, more=False),
         Row("the Studio, to first discs, warm", f"{number(load)} ms", where, load, "ms", 1500.0, 700.0, more=False),

@@ -72,6 +72,8 @@ __all__ = [
     "sample",
     "shapes",
 ]
+
+
 def __getattr__(name: str) -> object:
     # Only who uses it needs anywidget.
     if name == "Studio":
