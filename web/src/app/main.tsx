@@ -2,10 +2,12 @@ import './styles/index.css';
 import { effect } from '@preact/signals';
 import { render } from 'preact';
 import { connect } from '../client/index.ts';
+import { embed, isEmbedded } from '../widget/embedded.ts';
 import { App } from './App.tsx';
 import { first } from './gallery/scenes.ts';
 import { startAutosave } from './state/autosave.ts';
 import { beginning } from './state/beginning.ts';
+import { open } from './state/files.ts';
 import { ask, connectTo, kinds, title } from './state/session.ts';
 import { listenForKeys } from './state/shortcuts.ts';
 import { say } from './state/ui.ts';
@@ -19,9 +21,14 @@ async function start(): Promise<void> {
   effect(() => {
     document.title = `${title.value} – isoswarm Studio`;
   });
-  connectTo(await client);
-  startAutosave();
-  await beginning(first);
+  const core = await client;
+  connectTo(core);
+  if (isEmbedded()) {
+    await embed(core, text => open({ text }, 'Notebook'));
+  } else {
+    startAutosave();
+    await beginning(first);
+  }
   kinds.value = await ask('kinds', {});
 }
 

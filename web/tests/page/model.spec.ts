@@ -34,6 +34,8 @@ test('a part is put into an operator, and the operator is taken off', async ({ s
   await studio.keyboard.press('w');
   await studio.getByRole('dialog').getByLabel('Search').fill('twist');
   await studio.keyboard.press('Enter');
+  // Where a twisted box ends nobody knows beforehand: the note has a way on.
+  await studio.getByRole('alert').getByRole('button', { name: 'Do it in a box' }).click();
   await expect(studio.getByRole('treeitem', { name: 'Twist' })).toBeVisible();
   await rest(studio);
   expect(Math.abs((await look(studio)).covered - before.covered)).toBeGreaterThan(1e-4);
@@ -54,8 +56,7 @@ test('a hidden part is gone from the surface and comes back', async ({ studio })
   expect((await look(studio)).covered).toBeLessThan(0.85 * both.covered);
   expect(await floaters(studio)).toBeLessThan(0.9 * many);
   await studio.getByRole('button', { name: 'Show Translate' }).click();
-  await rest(studio);
-  expect((await look(studio)).covered).toBeGreaterThan(0.9 * both.covered);
+  await expect.poll(async () => (await look(studio)).covered, { timeout: 20_000 }).toBeGreaterThan(0.9 * both.covered);
 });
 
 test('operands change places', async ({ studio }) => {

@@ -1,5 +1,6 @@
 /** What a person does to the scene, in terms of commands. */
 import type { AdapterName, Command, Kind, NodeState, ParameterState, PinState, Settings, Vec3 } from '../../client/protocol.ts';
+import { middle } from '../viewport/AdapterHandles.tsx';
 import { sendLatest } from './gesture.ts';
 import { apply, ask, complain, scene } from './session.ts';
 import { chosen, chosenPins, lockedPins, say } from './ui.ts';
@@ -122,6 +123,8 @@ export function labelOf(node: NodeState): string {
 
 export async function startAdapter(path: string, adapter: AdapterName, axis: 0 | 1 | 2 = 2): Promise<void> {
   if (scene.value?.adapter) await apply({ do: 'cancel' });
+  const box = await ask('box', { path }).catch(() => null);
+  middle.value = box && ([0, 1, 2].map(a => (box[0][a]! + box[1][a]!) / 2) as Vec3);
   await apply({ do: 'adapt', path, adapter, axis });
 }
 

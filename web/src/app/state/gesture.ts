@@ -30,10 +30,12 @@ async function carryOut(): Promise<void> {
   while (wish) {
     const now: Wish = wish;
     wish = null;
-    const amend = settled === now.pull;
-    // One after the other without a frame between them.
-    const undone = amend ? ask('apply', { command: { do: 'undo' } }) : null;
-    const done = ask('apply', { command: now.command });
+    const goesOn = settled === now.pull;
+    const continued = goesOn && now.command.do === 'set';
+    const command: Command = now.command.do === 'set' && goesOn ? { ...now.command, continued } : now.command;
+    // What the core cannot continue is undone and done anew, without a frame between.
+    const undone = goesOn && !continued ? ask('apply', { command: { do: 'undo' } }) : null;
+    const done = ask('apply', { command });
     try {
       await undone;
       adopt((await done).state);
@@ -41,7 +43,7 @@ async function carryOut(): Promise<void> {
     } catch (error) {
       wish = null;
       settled = -1;
-      if (amend) adopt((await ask('apply', { command: { do: 'redo' } })).state);
+      if (undone) adopt((await ask('apply', { command: { do: 'redo' } })).state);
       complain(error);
       poke();
     }

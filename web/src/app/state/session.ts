@@ -15,6 +15,7 @@ import type {
   RequestName,
   SceneState,
   Source,
+  Vec3,
 } from '../../client/protocol.ts';
 import { follow, forget } from './history.ts';
 import { withBar } from './jobs.ts';
@@ -31,6 +32,8 @@ export const evenness = signal<Evenness | null>(null);
 export const playing = signal(true);
 /** Whether anything has moved in the last frames. */
 export const alive = signal(false);
+/** Commands under way. */
+export const working = signal(0);
 export const title = signal('Untitled');
 /** Where held pins are dragged to. */
 export const hands = signal<readonly Hand[]>([]);
@@ -91,7 +94,12 @@ export function ask<N extends RequestName>(name: N, input: Input<N>, options?: R
   if (!client) return Promise.reject(new Error('The core has not started yet: a moment, please.'));
   const job = JOBS.find(j => j === name);
   if (job) return client.job(job, input as Input<typeof job>, options) as Promise<Output<N>>;
-  if (name === 'apply') return client.apply((input as Input<'apply'>).command, options) as Promise<Output<N>>;
+  if (name === 'apply') {
+    working.value++;
+    const done = client.apply((input as Input<'apply'>).command, options);
+    void done.catch(() => undefined).then(() => working.value--);
+    return done as Promise<Output<N>>;
+  }
   if (name === 'open') return client.open(input as Source, options) as Promise<Output<N>>;
   return client.request(name, input, options);
 }
@@ -108,13 +116,26 @@ export function failureOf(error: unknown): Failure {
 }
 
 /** Says what went wrong, with a way on. */
-export function complain(error: unknown): void {
+export function complain(error: unknown, way?: { label: string; run: () => void }): void {
   const failure = failureOf(error);
   if (failure.kind === 'cancelled') return;
   const sentence = failure.message.charAt(0).toUpperCase() + failure.message.slice(1);
   const text = /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
   const undoable = failure.kind === 'vanished' && (scene.value?.undo ?? 0) > 0;
-  say(text, { tone: 'warn', ...(undoable ? { action: { label: 'Undo the last change', run: () => void undo() } } : {}) });
+  if (way) say(text, { tone: 'warn', action: way });
+  else say(text, { tone: 'warn', ...(undoable ? { action: { label: 'Undo the last change', run: () => void undo() } } : {}) });
+}
+
+/** Whether a surface goes on for ever, or nobody knows where it ends. */
+function needsBox(error: unknown): boolean {
+  return failureOf(error).message.includes('give `bounds`');
+}
+
+/** A box around the surface, half as large again. */
+function roomy(): [Vec3, Vec3] {
+  const [lo, hi] = scene.value?.bounds ?? [[-1, -1, -1], [1, 1, 1]];
+  const most = Math.max(...hi.map((h, a) => h - lo[a]!));
+  return [lo.map(v => v - most / 4) as Vec3, hi.map(v => v + most / 4) as Vec3];
 }
 
 /** Opens another scene; on an error the present one stays. */
@@ -135,7 +156,9 @@ export async function open(source: Source, name: string): Promise<boolean> {
     poke();
     return true;
   } catch (error) {
-    complain(error);
+    const { settings } = source;
+    const boxed: Source = { ...source, settings: { ...settings, bounds: [[-2, -2, -2], [2, 2, 2]] } };
+    complain(error, needsBox(error) && !settings?.bounds ? { label: 'Open it in a box', run: () => void open(boxed, name) } : undefined);
     return false;
   }
 }
@@ -159,7 +182,10 @@ export async function apply(command: Command): Promise<Change | null> {
     adopt(state);
     return change;
   } catch (error) {
-    complain(error);
+    const settings = { ...scene.value?.settings, bounds: roomy() };
+    const boxed: Command = { do: 'together', commands: [{ do: 'settings', settings }, command] };
+    const way = needsBox(error) && command.do !== 'together' ? { label: 'Do it in a box', run: () => void apply(boxed) } : undefined;
+    complain(error, way);
     return null;
   }
 }
@@ -211,6 +237,7 @@ function columns(): Column[] {
 }
 
 function show(next: Frame): void {
+  if (!frame.peek()) requestAnimationFrame(() => performance.mark('first-discs'));
   hush(busyNote);
   batch(() => {
     frame.value = next;

@@ -1,10 +1,12 @@
 /** The adapter that is on, as handles over the picture: arrows that move or stretch, rings that turn. */
+import { signal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
 import type { ParameterState, SceneState, Vec3 } from '../../client/protocol.ts';
 import { setParameters } from '../state/actions.ts';
 import { endGesture } from '../state/gesture.ts';
 import { scene, values } from '../state/session.ts';
 import { add, along, pixelAt } from './Pins.tsx';
+import { placement } from './placement.ts';
 import type { Stage } from './stage.ts';
 import { drawn, stage } from './Viewport.tsx';
 
@@ -23,9 +25,14 @@ export interface AdapterState {
   path: string;
   /** The parameters that are the adapter's own, with their present values. */
   own: (ParameterState & { at: number })[];
+  /** In the world, as are the directions of the part's axes. */
   centre: Vec3;
+  directions: readonly Vec3[];
   axis: number;
 }
+
+/** The middle of the part that an adapter has been put on, in the part's coordinates. */
+export const middle = signal<Vec3 | null>(null);
 
 /** The adapter that is on. */
 export function adapterOf(state: SceneState, values: Float64Array): AdapterState | null {
@@ -34,10 +41,20 @@ export function adapterOf(state: SceneState, values: Float64Array): AdapterState
   const all = node.parameters.map(i => ({ ...state.parameters[i]!, at: values[i] ?? state.parameters[i]!.value }));
   const own = all.filter(p => !p.frozen && !p.discrete);
   const value = (name: string) => all.find(p => p.name === name)?.at;
-  const middle = [0, 1, 2].map(a => (state.bounds[0][a]! + state.bounds[1][a]!) / 2) as Vec3;
-  const fixed: Vec3 = [value('cx') ?? middle[0], value('cy') ?? middle[1], value('cz') ?? middle[2]];
-  const centre = node.kind === 'translate' ? add(fixed, own.map(p => p.at) as Vec3) : fixed;
-  return { kind: node.kind, path: node.path, own, centre, axis: value('axis') ?? 2 };
+  const [lo, hi] = state.bounds;
+  const fallback = [0, 1, 2].map(a => (lo[a]! + hi[a]!) / 2) as Vec3;
+  const [mx, my, mz] = middle.value ?? fallback;
+  const fixed: Vec3 = [value('cx') ?? mx, value('cy') ?? my, value('cz') ?? mz];
+  const local = node.kind === 'translate' ? add(fixed, own.map(p => p.at) as Vec3) : fixed;
+  const place = placement(state, values, node);
+  const centre = place(local);
+  const directions = UNIT.map(u => unit(add(place(add(local, u)), centre, -1)));
+  return { kind: node.kind, path: node.path, own, centre, directions, axis: value('axis') ?? 2 };
+}
+
+function unit(v: Vec3): Vec3 {
+  const length = Math.hypot(...v) || 1;
+  return v.map(c => c / length) as Vec3;
 }
 
 export function AdapterHandles() {
@@ -89,7 +106,7 @@ function usePull(start: () => number, path: string, change: (from: number, dx: n
 }
 
 function Arrow({ on, adapter, parameter, axis }: PartProps) {
-  const direction = UNIT[axis]!;
+  const direction = adapter.directions[axis]!;
   const arm = ARM * pixelAt(on, adapter.centre);
   const anchor = useRef(adapter.centre);
   const pull = usePull(
@@ -123,14 +140,15 @@ function Arrow({ on, adapter, parameter, axis }: PartProps) {
 
 function Ring({ on, adapter, parameter, axis }: PartProps) {
   const radius = RING * pixelAt(on, adapter.centre);
-  const [u, v] = [UNIT[(axis + 1) % 3]!, UNIT[(axis + 2) % 3]!];
+  const [u, v] = [adapter.directions[(axis + 1) % 3]!, adapter.directions[(axis + 2) % 3]!];
   const points = Array.from({ length: 49 }, (_, i) => {
     const a = (i / 48) * 2 * Math.PI;
     const [x, y] = on.toScreen(add(add(adapter.centre, u, radius * Math.cos(a)), v, radius * Math.sin(a)));
     return `${x.toFixed(1)},${y.toFixed(1)}`;
   }).join(' ');
   const [cx, cy] = on.toScreen(adapter.centre);
-  const towards = on.camera.getWorldDirection(on.controls.target.clone()).toArray()[axis]! > 0 ? 1 : -1;
+  const sight = on.camera.getWorldDirection(on.controls.target.clone()).toArray();
+  const towards = adapter.directions[axis]!.reduce((sum, d, a) => sum + d * sight[a]!, 0) > 0 ? 1 : -1;
   const turned = useRef({ last: 0, sum: 0 });
   const pull = usePull(
     () => {

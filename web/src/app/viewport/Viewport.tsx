@@ -1,6 +1,6 @@
 import { effect, signal, untracked } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import { alive, ask, complain, frame, opening, scene } from '../state/session.ts';
+import { alive, ask, complain, frame, opening, scene, working } from '../state/session.ts';
 import { setPin } from '../state/actions.ts';
 import { chosenPins, say, sheet, tool } from '../state/ui.ts';
 import { dark, section, view } from '../state/view.ts';
@@ -86,7 +86,7 @@ export function Viewport() {
         role="img"
         aria-label={description()}
         data-floaters={frame.value?.count ?? 0}
-        data-moving={alive.value}
+        data-moving={alive.value || working.value > 0}
         onPointerDown={down}
         onPointerUp={up}
         onDblClick={event => event.preventDefault()}
