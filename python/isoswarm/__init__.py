@@ -84,4 +84,15 @@ __all__ = [
     "shapes",
     "turntable",
 ]
+
+
+def __getattr__(name: str) -> object:
+    # Only who uses it needs anywidget.
+    if name == "Studio":
+        from isoswarm.studio import Studio
+
+        return Studio
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 __all__ += _adapters + _blobs + _errors + _shapes + _special
