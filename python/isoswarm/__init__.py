@@ -23,6 +23,7 @@ from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
 from isoswarm.measuring import Estimate, Measures, Moments, measure
 from isoswarm.molecules import Atoms, molecule, read_atoms
+from isoswarm.patches import Parametric, ParametricSamples, parametric
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
@@ -40,8 +41,8 @@ __all__ = [
     "DerivativeCheck",
     "Diagnosis",
     "DragResult",
-    "Evenness",
     "Estimate",
+    "Evenness",
     "Field",
     "FitResult",
     "Floaters",
@@ -52,6 +53,8 @@ __all__ = [
     "Operand",
     "Parameter",
     "Parameters",
+    "Parametric",
+    "ParametricSamples",
     "Pin",
     "Report",
     "Samples",
@@ -70,6 +73,7 @@ __all__ = [
     "measure",
     "metrics",
     "molecule",
+    "parametric",
     "parse",
     "read_atoms",
     "read_script",

@@ -150,13 +150,12 @@ def save_mesh(
 def write_bytes(path: Path, content: bytes) -> None: ...
 def measure(points: Floats, normals: Floats, bounds: tuple[Corner, ...] | None, axes: int) -> dict[str, float]: ...
 def project(model: Model, points: Floats, size: float) -> tuple[Floats, Floats]: ...
-
 def measures(
     model: Model,
     *,
     n: int | None,
     spacing: float | None,
-    samples: tuple[Floats, Floats, Floats] | None,
+    samples: tuple[Floats, Floats, Floats, int] | None,
     lo: Corner,
     hi: Corner,
     seed: int,
@@ -166,3 +165,15 @@ def measures(
     integrands: list[Callable[[Floats], Floats]],
 ) -> dict[str, Any]: ...
 def certify(model: Model, *, lo: Corner, hi: Corner, boxes: int) -> dict[str, Any]: ...
+def patch(
+    model: Model,
+    *,
+    lo: tuple[float, float],
+    hi: tuple[float, float],
+    wraps: tuple[str, ...],
+    n: int | None,
+    spacing: float | None,
+    seed: int,
+    most: int,
+    faces: bool,
+) -> dict[str, Any]: ...

@@ -6,6 +6,7 @@ mod errors;
 mod field;
 mod geometry;
 mod measure;
+mod parametric;
 mod particles;
 mod scene;
 mod watch;
@@ -25,6 +26,8 @@ mod _core {
     use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
     #[pymodule_export]
     use crate::measure::measures;
+    #[pymodule_export]
+    use crate::parametric::patch;
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
 

@@ -29,7 +29,7 @@ pub use error::GeometryError;
 pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
 pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};
 pub use mesh::{
-    FaceQuality, Fault, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule, Topology, mesh, mesh_samples,
+    FaceQuality, Fault, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule, Topology, mesh, mesh_patch, mesh_samples,
 };
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,

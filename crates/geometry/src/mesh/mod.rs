@@ -22,6 +22,7 @@ mod corners;
 mod error;
 mod fill;
 mod intersect;
+mod patch;
 mod quality;
 mod repair;
 mod report;
@@ -33,6 +34,7 @@ mod valence;
 mod vertices;
 
 pub use build::{MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
+pub use patch::mesh_patch;
 pub use quality::{FaceQuality, Quality};
 pub use report::MeshReport;
 pub use topology::{Fault, Topology};
