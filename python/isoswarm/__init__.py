@@ -22,9 +22,11 @@ from isoswarm.field import Field, Operand, Parameter, Parameters
 from isoswarm.live import Node, SceneParameter, SceneParameters
 from isoswarm.loading import from_function, load, parse
 from isoswarm.measuring import Estimate, Measures, Moments, measure
+from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.patches import Parametric, ParametricSamples, parametric
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
+from isoswarm.rendering import render, turntable
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
@@ -47,6 +49,8 @@ __all__ = [
     "FitResult",
     "Floaters",
     "Measures",
+    "Mesh",
+    "MeshReport",
     "Moment",
     "Moments",
     "Node",
@@ -62,6 +66,7 @@ __all__ = [
     "SceneParameter",
     "SceneParameters",
     "Transfer",
+    "TriangleQuality",
     "__version__",
     "certify",
     "check_derivatives",
@@ -71,13 +76,27 @@ __all__ = [
     "functions",
     "load",
     "measure",
+    "mesh",
     "metrics",
     "molecule",
     "parametric",
     "parse",
     "read_atoms",
     "read_script",
+    "render",
     "sample",
     "shapes",
+    "turntable",
 ]
+
+
+def __getattr__(name: str) -> object:
+    # Only who uses it needs anywidget.
+    if name == "Studio":
+        from isoswarm.studio import Studio
+
+        return Studio
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 __all__ += _adapters + _blobs + _errors + _shapes + _special

@@ -119,6 +119,55 @@ class Cloud:
         ground: bool = True,
     ) -> bytes: ...
 
+class Solid:
+    def __new__(
+        cls,
+        model: Model,
+        lo: tuple[float, ...],
+        hi: tuple[float, ...],
+        *,
+        planes: list[tuple[tuple[float, float, float], float]],
+        capped: bool,
+        opacity: float,
+        section: str,
+        values: Model | None = None,
+    ) -> Solid: ...
+
+class Triangles:
+    def __new__(
+        cls,
+        points: Floats,
+        faces: npt.NDArray[np.int64],
+        style: str,
+        *,
+        normals: Floats | None = None,
+        curvatures: Floats | None = None,
+        colors: Floats | None = None,
+    ) -> Triangles: ...
+
+def render(
+    cloud: Cloud | None,
+    solids: list[Solid],
+    meshes: list[Triangles],
+    *,
+    width: int,
+    height: int,
+    azimuth: float,
+    elevation: float,
+    up: tuple[float, ...],
+    field_of_view: float,
+    projection: str,
+    style: str,
+    coloring: str,
+    transparent: bool,
+    disc_scale: float | None,
+    supersampling: int,
+    ground: bool,
+    shadow: float,
+    ambient_occlusion: float,
+    frame: Floats | None = None,
+) -> tuple[bytes, npt.NDArray[np.uint8], bool, bool]: ...
+def colors(values: Floats, map: str) -> Floats: ...
 def kinds() -> str: ...
 def sample(
     model: Model,
@@ -136,6 +185,45 @@ def sample(
     time_limit: float | None,
     progress: Callable[[str, float, int, int], object] | None,
 ) -> dict[str, Any]: ...
+def mesh(
+    model: Model,
+    *,
+    n: int | None,
+    spacing: float | None,
+    error: float | None,
+    lo: Corner,
+    hi: Corner,
+    rule: str,
+    density: Callable[[Floats, Sequence[float]], Floats] | str | None,
+    smoothing: int | None,
+    intersections: bool,
+    seed: int,
+    most: int,
+    time_limit: float | None,
+    progress: Callable[[str, float, int, int], object] | None,
+) -> dict[str, Any]: ...
+def mesh_samples(
+    model: Model,
+    points: Floats,
+    normals: Floats,
+    radii: Floats,
+    *,
+    components: int,
+    unmet: str,
+    lo: Corner,
+    hi: Corner,
+    rule: str,
+    smoothing: int | None,
+    intersections: bool,
+) -> dict[str, Any]: ...
+
+class LiveMesh:
+    def __new__(cls, lo: Corner, hi: Corner) -> LiveMesh: ...
+    def update(
+        self, points: Floats, normals: Floats, ids: npt.NDArray[np.uint64], spacing: float
+    ) -> dict[str, Any]: ...
+
+def triangle_quality(points: Floats, faces: npt.NDArray[np.int64]) -> tuple[dict[str, Floats], dict[str, Any]]: ...
 def format_of(text: str) -> str | None: ...
 def read_script(text: str) -> list[tuple[int | None, str]]: ...
 def animate(frames: list[bytes], seconds: float) -> bytes: ...

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import as_bounds, as_floats
+from isoswarm._arrays import Floats, as_bounds, as_floats
+from isoswarm.meshing import Mesh, TriangleQuality
 from isoswarm.samples import Evenness, Samples
 
-__all__ = ["coverage", "cv", "evenness", "rho_avg", "rho_min", "six_valent"]
+__all__ = ["coverage", "cv", "evenness", "rho_avg", "rho_min", "six_valent", "triangle_quality", "triangles"]
 
 Points = Samples | npt.ArrayLike
 
@@ -73,3 +75,33 @@ def six_valent(points: Points, normals: npt.ArrayLike | None = None) -> float:
 def coverage(points: Points, normals: npt.ArrayLike | None = None) -> float:
     """Radius of the largest empty disc over the hexagonal packing's distance; .577 is perfect."""
     return evenness(points, normals).coverage
+
+
+def triangle_quality(points: Mesh | npt.ArrayLike, faces: npt.ArrayLike | None = None) -> TriangleQuality:
+    """How good the triangles of a mesh are: Q, ratio of the radii, angles, valences.
+
+    Parameters
+    ----------
+    points : Mesh or array_like, (n, 3)
+        A mesh, or the vertices of one from any mesher.
+    faces : array_like of int, (f, 3)
+        Vertex numbers of the triangles, where the points are an array.
+
+    """
+    return TriangleQuality(**_core.triangle_quality(*_mesh(points, faces))[1])
+
+
+def triangles(points: Mesh | npt.ArrayLike, faces: npt.ArrayLike | None = None) -> dict[str, Floats]:
+    """``q``, ``radius_ratio``, ``smallest_angle`` and ``largest_angle`` (degrees) of each triangle, (f,) each."""
+    return _core.triangle_quality(*_mesh(points, faces))[0]
+
+
+def _mesh(points: Mesh | npt.ArrayLike, faces: npt.ArrayLike | None) -> tuple[Floats, npt.NDArray[np.int64]]:
+    if isinstance(points, Mesh):
+        return points.points, points.faces
+    if faces is None:
+        raise ValueError("faces: needed where points is an array and not a Mesh")
+    F = np.ascontiguousarray(faces, dtype=np.int64)
+    if F.ndim != 2 or F.shape[1] != 3:
+        raise ValueError(f"faces: expected shape (f, 3), given {F.shape}")
+    return as_floats("points", points, (None, 3)), F

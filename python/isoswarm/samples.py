@@ -20,6 +20,7 @@ from isoswarm.errors import ConvergenceError
 
 if TYPE_CHECKING:
     from isoswarm.field import Field
+    from isoswarm.meshing import Mesh
 
 __all__ = ["Evenness", "Report", "Samples"]
 
@@ -167,6 +168,8 @@ class Samples:
         How the run went.
     field : Field
         The field that was sampled.
+    bounds : pair of ndarray, optional
+        The box that was looked at, where it is known.
 
     """
 
@@ -178,8 +181,12 @@ class Samples:
     component: npt.NDArray[np.int64]
     report: Report
     field: Field
+    bounds: tuple[Floats, Floats] | None
 
-    def __init__(self, field: Field, columns: dict[str, Any], seconds: float) -> None:
+    def __init__(
+        self, field: Field, columns: dict[str, Any], seconds: float, bounds: tuple[Floats, Floats] | None = None
+    ) -> None:
+        self.bounds = bounds
         report = dict(columns["report"])
         report["evenness"] = Evenness(**report["evenness"])
         report["warnings"] = tuple(report["warnings"])
@@ -248,8 +255,8 @@ class Samples:
         height: int = 900,
         azimuth: float = 0.6,
         elevation: float = 0.4,
-        style: Literal["discs", "surface"] = "discs",
-        coloring: Literal["uniform", "curvature", "height"] = "uniform",
+        style: Literal["discs", "points", "surface"] = "discs",
+        coloring: Literal["uniform", "curvature", "height", "normal"] = "uniform",
         transparent: bool = False,
         disc_scale: float | None = None,
         supersampling: int = 3,
@@ -264,9 +271,9 @@ class Samples:
             In pixels.
         azimuth, elevation : float
             Direction of the view, in radians.
-        style : {"discs", "surface"}
-            Separate discs, or discs large enough to close the surface.
-        coloring : {"uniform", "curvature", "height"}
+        style : {"discs", "points", "surface"}
+            Separate discs, balls, or discs large enough to close the surface.
+        coloring : {"uniform", "curvature", "height", "normal"}
             What the colour says.
         transparent : bool
             Leave the background out.
@@ -295,6 +302,12 @@ class Samples:
         if path is not None:
             _core.write_bytes(Path(path), png)
         return png
+
+    def to_mesh(self, **options: Any) -> Mesh:
+        """As a triangle mesh with the samples as vertices; options as for :func:`isoswarm.meshing.mesh_samples`."""
+        from isoswarm.meshing import mesh_samples
+
+        return mesh_samples(self, **options)
 
     def to_trimesh(self) -> Any:
         """As a ``trimesh.PointCloud``, with the other columns in its ``metadata``; needs trimesh."""

@@ -125,7 +125,7 @@ def sample(
         time_limit=time_limit,
         progress=progress,
     )
-    samples = Samples(field, columns, time.perf_counter() - began)
+    samples = Samples(field, columns, time.perf_counter() - began, (lo, hi))
     if samples.report.status == "empty":
         warnings.warn(
             f"there is no surface F = 0 in the bounds {lo.tolist()} to {hi.tolist()}; check the sign of the field, or "

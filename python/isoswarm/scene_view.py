@@ -6,6 +6,7 @@ import base64
 import html
 import json
 import os
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -18,6 +19,7 @@ from isoswarm.drawing import draw
 from isoswarm.errors import UnknownPinError
 from isoswarm.field import Field, Parameters
 from isoswarm.live import Node
+from isoswarm.meshing import Mesh
 from isoswarm.pins import Floaters, Pin, Transfer
 from isoswarm.samples import Samples
 from isoswarm.sampling import sample
@@ -39,8 +41,11 @@ class SceneView:
 
     def _start(self, core: _core.Scene) -> None:
         self._inner = core
+        # Told after each command: views of the scene.
+        self._watchers: list[Callable[[], None]] = []
         self._kept: dict[str, Any] = {}
         self._kept_at = (-1, -1)
+        self._live: tuple[Any, _core.LiveMesh] | None = None
 
     # What there is --------------------------------------------------------------------------------------------
 
@@ -53,6 +58,29 @@ class SceneView:
     def floaters(self) -> Floaters:
         """The particles on the surface as they are now."""
         return Floaters(*self._inner.floaters())
+
+    def mesh(self) -> Mesh:
+        """The floaters as they are now, joined by triangles; row by row those of ``floaters``, with the same ids.
+
+        From call to call the mesh follows the floaters: edges are flipped, floaters that have died or been born are taken out and
+        put in, and only where the topology has changed is everything joined anew. Its report leaves out what costs time: the distance from the
+        surface, curvatures, self-intersections.
+
+        Examples
+        --------
+        >>> import isoswarm as iso
+        >>> scene = iso.Scene(iso.sphere(r=1), n=500)
+        >>> scene.mesh().report.closed
+        True
+
+        """
+        began = time.perf_counter()
+        lo, hi = self._inner.bounds
+        if self._live is None or self._live[0] != (lo, hi):
+            self._live = ((lo, hi), _core.LiveMesh(lo, hi))
+        points, normals, _, ids = self._inner.floaters()
+        columns = self._live[1].update(points, normals, ids, self._inner.spacing)
+        return Mesh(self.model, columns, time.perf_counter() - began)
 
     @property
     def pins(self) -> tuple[Pin, ...]:
@@ -159,6 +187,36 @@ class SceneView:
         return sample(self.model, n=n, spacing=spacing, **given)
 
     # Files ----------------------------------------------------------------------------------------------------
+
+    def to_json(self) -> str:
+        """Give the text of a file of the scene, as :meth:`save` writes it."""
+        return self._inner.to_json()
+
+    def _take(self, text: str) -> None:
+        """Become the scene of such a text; what was done before cannot be undone any more."""
+        watchers = self._watchers
+        self._start(_core.Scene.from_json(text, []))
+        self._watchers = watchers
+
+    def show(self, *, height: int = 600) -> Any:
+        """Show the scene in a notebook, in the Studio: what is done there is done to it, and the other way round.
+
+        Needs ``pip install "isoswarm[notebook]"``.
+
+        Parameters
+        ----------
+        height : int
+            In pixels.
+
+        Returns
+        -------
+        Studio
+            A widget.
+
+        """
+        from isoswarm.studio import Studio
+
+        return Studio(self, height=height)  # type: ignore[arg-type]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scene to a file, whole or not at all; :func:`isoswarm.load` reads it back.

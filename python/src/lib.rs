@@ -6,8 +6,10 @@ mod errors;
 mod field;
 mod geometry;
 mod measure;
+mod mesh;
 mod parametric;
 mod particles;
+mod render;
 mod scene;
 mod watch;
 
@@ -27,9 +29,13 @@ mod _core {
     #[pymodule_export]
     use crate::measure::measures;
     #[pymodule_export]
+    use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
+    #[pymodule_export]
     use crate::parametric::patch;
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
+    #[pymodule_export]
+    use crate::render::{Solid, Triangles, colors, render};
 
     #[pymodule_export]
     use crate::scene::{Scene, format_of, read_script};

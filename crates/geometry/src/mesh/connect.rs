@@ -108,6 +108,43 @@ impl Triangles {
         None
     }
 
+    /// Vertices of 0 to n - 1 whose faces form more than one fan.
+    pub(super) fn pinched(&self, n: usize) -> Vec<u32> {
+        let (mut face_of, mut count) = (vec![NONE; n], vec![0u32; n]);
+        for (f, v) in self.faces.iter().enumerate() {
+            for &v in v {
+                face_of[v as usize] = f as u32;
+                count[v as usize] += 1;
+            }
+        }
+        let whole = |v: u32| {
+            let begin = face_of[v as usize] as usize;
+            let mut seen = 0;
+            // Counter-clockwise, and from the first face clockwise where that ends at a boundary.
+            for side in [2, 0] {
+                let mut g = begin;
+                loop {
+                    let Some(k) = self.corner(g, v) else { return false };
+                    seen += u32::from(side == 2 || g != begin);
+                    let other = self.across[g][(k + side) % 3];
+                    if other == NONE || seen > count[v as usize] {
+                        break;
+                    }
+                    g = other as usize;
+                    if g == begin {
+                        return seen == count[v as usize];
+                    }
+                }
+            }
+            seen == count[v as usize]
+        };
+        (0..n as u32)
+            .into_par_iter()
+            .with_min_len(2048)
+            .filter(|&v| face_of[v as usize] != NONE && !whole(v))
+            .collect()
+    }
+
     /// The face over the edge of face `f` that starts at `a`.
     pub(super) fn over(&self, f: usize, a: u32) -> u32 {
         self.corner(f, a).map_or(NONE, |k| self.across[f][k])
@@ -146,6 +183,59 @@ impl Triangles {
         self.set(g, [u, a, d], [f as u32, ad, y as u32]);
         self.set(x, [u, b, c], [y as u32, bc, f as u32]);
         self.set(y, [u, d, b], [g as u32, db, x as u32]);
+    }
+
+    /// Puts vertex `u` into face `f`, which becomes three; the other two come last.
+    pub(super) fn insert(&mut self, f: usize, u: u32) {
+        let ([a, b, c], [ab, bc, ca]) = (self.faces[f], self.across[f]);
+        let (x, y) = (self.faces.len(), self.faces.len() + 1);
+        self.faces.extend([[b, c, u], [c, a, u]]);
+        self.across.extend([[NONE; 3]; 2]);
+        self.faces[f] = [a, b, u];
+        self.set(f, [a, b, u], [ab, x as u32, y as u32]);
+        self.set(x, [b, c, u], [bc, y as u32, f as u32]);
+        self.set(y, [c, a, u], [ca, f as u32, x as u32]);
+    }
+
+    /// Whether the vertex with this fan can be collapsed into its neighbour `k` without changing the topology.
+    pub(super) fn may_collapse(&self, fan: &[(u32, u32)], k: usize) -> bool {
+        let n = fan.len();
+        if n < 4 {
+            return false;
+        }
+        let w = fan[k].1;
+        (2..n - 1).all(|s| {
+            let x = fan[(k + s) % n].1;
+            x != w && !self.joined(w, x, fan[k].0 as usize)
+        })
+    }
+
+    /// Collapses vertex `v` with the given fan into its neighbour `k`. The two faces at that edge stay in the list, without
+    /// a neighbour that knows of them: to be dropped.
+    pub(super) fn collapse(&mut self, v: u32, fan: &[(u32, u32)], k: usize) {
+        let n = fan.len();
+        let at = |s: usize| fan[(k + s) % n];
+        let w = at(0).1;
+        // The face after the edge, (v, w, w1), and the one before it, (v, w0, w).
+        let (f, w1) = (at(0).0 as usize, at(1).1);
+        let (g, w0) = (at(n - 1).0 as usize, at(n - 1).1);
+        let (over_f, over_g) = (self.over(f, w), self.over(g, w0));
+        let (after, before) = (at(1).0 as usize, at(n - 2).0 as usize);
+        for s in 1..n - 1 {
+            let h = at(s).0 as usize;
+            if let Some(c) = self.corner(h, v) {
+                self.faces[h][c] = w;
+            }
+        }
+        // (w, w1, ..) has the edge from w to w1 now, and (w, .., w0) that from w0 to w.
+        if let Some(c) = self.corner(after, w) {
+            self.across[after][c] = over_f;
+        }
+        self.relink(over_f, w1, after as u32);
+        if let Some(c) = self.corner(before, w0) {
+            self.across[before][c] = over_g;
+        }
+        self.relink(over_g, w, before as u32);
     }
 
     /// Keeps the faces that are not `dead`.
@@ -196,8 +286,18 @@ impl Triangles {
     /// side to which they face. Gives the number of flips. `keep(a, b)`: edges that stay.
     pub(super) fn delaunay(&mut self, points: &[V3], keep: impl Fn(u32, u32) -> bool) -> usize {
         let mut flips = 0;
-        let mut todo: Vec<u32> = (0..self.faces.len() as u32).collect();
-        let mut queued = vec![true; self.faces.len()];
+        // Each edge as seen from one of its faces.
+        let first = |&f: &u32| {
+            let f = f as usize;
+            (0..3).any(|k| {
+                let g = self.across[f][k];
+                g != NONE && g as usize > f && self.wants_flip(points, f, k)
+            })
+        };
+        let mut todo: Vec<u32> =
+            (0..self.faces.len() as u32).into_par_iter().with_min_len(2048).filter(first).collect();
+        let mut queued = vec![false; self.faces.len()];
+        todo.iter().for_each(|&f| queued[f as usize] = true);
         for _ in 0..ROUNDS {
             let mut next = Vec::new();
             for &f in &todo {

@@ -2,6 +2,7 @@
 //!
 //! [`mesh`] samples a surface and meshes the samples; [`mesh_samples`] meshes samples that are there. Both give a [`Mesh`] and a
 //! [`MeshReport`], which says what was reached and where it was not. [`Topology`] checks any faces, [`Quality`] measures any triangles.
+//! A [`LiveMesh`] follows a swarm that moves.
 //!
 //! ```
 //! use isoswarm_field::{Aabb, Field, text};
@@ -19,9 +20,11 @@ mod build;
 mod circumsphere;
 mod connect;
 mod corners;
+mod crease;
 mod error;
 mod fill;
 mod intersect;
+mod live;
 mod patch;
 mod quality;
 mod repair;
@@ -34,6 +37,7 @@ mod valence;
 mod vertices;
 
 pub use build::{MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
+pub use live::{LiveMesh, LiveUpdate};
 pub use patch::mesh_patch;
 pub use quality::{FaceQuality, Quality};
 pub use report::MeshReport;

@@ -1,0 +1,290 @@
+//! A mesh that follows a swarm.
+//!
+//! From frame to frame most edges stay. Dead vertices are collapsed into a neighbour, newborn ones put into the triangle
+//! they lie over, and edges flipped until the mesh is Delaunay again. Where the surface has changed its topology, triangles no
+//! longer face as their vertices do: then all is stitched anew.
+
+use isoswarm_field::Aabb;
+use isoswarm_field::vector::{V3, cross, distance, dot, norm, sub};
+use isoswarm_particles::Grid;
+use rayon::prelude::*;
+
+use super::connect::{NONE, Triangles};
+use super::stitch::stitch;
+use super::{Mesh, vertices};
+
+/// Cosine between a triangle and a vertex below which it does not belong to the surface there.
+const LEVEL: f64 = 0.3;
+/// Longest edge, in spacings, that a mesh which follows its surface has.
+const LONGEST: f64 = 3.0;
+/// Newborn vertices and dead ones, as a part of all, from which on stitching anew is faster.
+const MANY: f64 = 0.1;
+/// A vertex this close to a face of the bounds, in spacings, is on it.
+const ON_FACE: f64 = 1e-3;
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LiveUpdate {
+    /// Vertices that came.
+    pub born: usize,
+    /// Vertices that went.
+    pub died: usize,
+    /// Edges flipped.
+    pub flips: usize,
+    /// Whether everything was stitched anew.
+    pub stitched: bool,
+    /// Edges with one triangle that do not lie on the bounds, and vertices without a triangle: 0 for a mesh without holes.
+    pub open: usize,
+}
+
+/// Triangles over a swarm that moves; its vertices are the swarm's floaters, told apart by their identities.
+///
+/// ```
+/// use isoswarm_field::Aabb;
+/// use isoswarm_geometry::LiveMesh;
+///
+/// let mut live = LiveMesh::new(Aabb::new([-2.0; 3], [2.0; 3]));
+/// let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+/// let normals = corners.map(|p| p.map(|c| c / 3f64.sqrt()));
+/// live.update(&corners, &normals, &[7, 8, 9, 11], 2.8);
+/// assert_eq!(live.mesh().ids, [7, 8, 9, 11]);
+/// ```
+#[derive(Clone, Debug)]
+pub struct LiveMesh {
+    bounds: Aabb,
+    mesh: Mesh,
+    across: Vec<[u32; 3]>,
+}
+
+impl LiveMesh {
+    /// An empty mesh of a surface in `bounds`.
+    pub fn new(bounds: Aabb) -> Self {
+        Self { bounds, mesh: Mesh::default(), across: Vec::new() }
+    }
+
+    /// The mesh after the last update. Rows are those of the swarm.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Follows the swarm: positions, outward unit normals and identities (each different) of the floaters, and their spacing (model units, > 0).
+    ///
+    /// # Panics
+    /// Where the lengths differ.
+    pub fn update(&mut self, points: &[V3], normals: &[V3], ids: &[u64], spacing: f64) -> LiveUpdate {
+        assert!(
+            points.len() == normals.len() && points.len() == ids.len(),
+            "a normal and an identity for each point"
+        );
+        let mut out = LiveUpdate::default();
+        let follows = !self.mesh.faces.is_empty() && self.follow(points, normals, ids, spacing, &mut out);
+        if !follows {
+            out.stitched = true;
+            let faces = stitch(points, normals, &self.bounds, &[spacing]).faces;
+            let mut triangles = Triangles::new(faces);
+            out.flips += triangles.delaunay(points, |_, _| false);
+            (self.mesh.faces, self.across) = (triangles.faces, triangles.across);
+        }
+        self.mesh.points = points.to_vec();
+        self.mesh.normals = normals.to_vec();
+        self.mesh.ids = ids.to_vec();
+        out.open = self.open(spacing);
+        out
+    }
+
+    /// Brings the triangles up to date. Whether that could be done.
+    fn follow(
+        &mut self,
+        points: &[V3],
+        normals: &[V3],
+        ids: &[u64],
+        spacing: f64,
+        out: &mut LiveUpdate,
+    ) -> bool {
+        let mut triangles = Triangles {
+            faces: std::mem::take(&mut self.mesh.faces),
+            across: std::mem::take(&mut self.across),
+        };
+        if self.mesh.ids != ids {
+            let (now, born) = renumber(&self.mesh.ids, ids);
+            let dead: Vec<u32> = (0..now.len() as u32).filter(|&v| now[v as usize] == NONE).collect();
+            (out.born, out.died) = (born.len(), dead.len());
+            if (born.len() + dead.len()) as f64 > MANY * ids.len() as f64 {
+                return false;
+            }
+            if !bury(&mut triangles, &self.mesh.points, &dead) {
+                return false;
+            }
+            triangles.faces.iter_mut().for_each(|f| *f = f.map(|v| now[v as usize]));
+            if !bear(&mut triangles, points, normals, &born, spacing) {
+                return false;
+            }
+        }
+        out.flips = triangles.delaunay(points, |_, _| false);
+        let sound = triangles.faces.par_iter().with_min_len(4096).all(|f| fits(f, points, normals, spacing));
+        (self.mesh.faces, self.across) = (triangles.faces, triangles.across);
+        sound
+    }
+
+    /// Edges off the bounds with one face, and vertices without one.
+    fn open(&self, spacing: f64) -> usize {
+        let mut used = vec![false; self.mesh.points.len()];
+        let mut open = 0;
+        let bits = |v: u32| {
+            let mut p = self.mesh.points[v as usize];
+            let bits = vertices::snap(&mut p, &self.bounds, ON_FACE * spacing);
+            (bits, p)
+        };
+        for (f, across) in self.mesh.faces.iter().zip(&self.across) {
+            f.iter().for_each(|&v| used[v as usize] = true);
+            for k in 0..3 {
+                if across[k] == NONE {
+                    let ((a, p), (b, q)) = (bits(f[k]), bits(f[(k + 1) % 3]));
+                    open += usize::from(!vertices::share_face(a, b, p, q));
+                }
+            }
+        }
+        open + used.iter().filter(|u| !**u).count()
+    }
+}
+
+/// For each of the old identities its new row ([`NONE`] for the dead), and the rows of those that are new.
+fn renumber(old: &[u64], new: &[u64]) -> (Vec<u32>, Vec<u32>) {
+    let sorted = |ids: &[u64]| {
+        let mut rows: Vec<(u64, u32)> = ids.iter().zip(0..).map(|(&id, row)| (id, row)).collect();
+        rows.sort_unstable();
+        rows
+    };
+    let (a, b) = (sorted(old), sorted(new));
+    let mut now = vec![NONE; old.len()];
+    let mut born = Vec::new();
+    let mut k = 0;
+    for &(id, row) in &b {
+        while a.get(k).is_some_and(|x| x.0 < id) {
+            k += 1;
+        }
+        match a.get(k) {
+            Some(&(same, before)) if same == id => now[before as usize] = row,
+            _ => born.push(row),
+        }
+    }
+    born.sort_unstable();
+    (now, born)
+}
+
+/// Whether a triangle lies along the surface at its corners and is not too long.
+fn fits(f: &[u32; 3], points: &[V3], normals: &[V3], spacing: f64) -> bool {
+    let [a, b, c] = f.map(|v| points[v as usize]);
+    let front = cross(sub(b, a), sub(c, a));
+    let length = norm(front);
+    let most = LONGEST * spacing;
+    f.iter().all(|&v| normals[v as usize] == [0.0; 3] || dot(front, normals[v as usize]) > LEVEL * length)
+        && distance(a, b) < most
+        && distance(b, c) < most
+        && distance(c, a) < most
+}
+
+/// Collapses dead vertices into their nearest neighbours. Whether all could be.
+fn bury(triangles: &mut Triangles, points: &[V3], dead: &[u32]) -> bool {
+    if dead.is_empty() {
+        return true;
+    }
+    let mut face_of = vec![NONE; points.len()];
+    for (f, v) in triangles.faces.iter().enumerate() {
+        v.iter().for_each(|&v| face_of[v as usize] = f as u32);
+    }
+    let mut gone = vec![false; triangles.faces.len()];
+    for &v in dead {
+        // One that had no triangle is missed by nobody.
+        if face_of[v as usize] == NONE {
+            continue;
+        }
+        let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { return false };
+        let mut order: Vec<usize> = (0..fan.len()).collect();
+        let way = |k: &usize| distance(points[fan[*k].1 as usize], points[v as usize]);
+        order.sort_unstable_by(|i, j| way(i).total_cmp(&way(j)).then(i.cmp(j)));
+        let Some(&k) = order.iter().find(|&&k| triangles.may_collapse(&fan, k)) else { return false };
+        triangles.collapse(v, &fan, k);
+        let n = fan.len();
+        let (f, g) = (fan[k].0, fan[(k + n - 1) % n].0);
+        (gone[f as usize], gone[g as usize]) = (true, true);
+        // Corners that pointed to a face that is gone.
+        for j in 0..n {
+            let w = fan[j].1;
+            let stays = |j: usize| (fan[j].0 != f && fan[j].0 != g).then_some(fan[j].0);
+            // Both faces at this neighbour may be gone; the one over the edge is not.
+            let other = stays(j).or_else(|| stays((j + n - 1) % n));
+            match other {
+                Some(h) => face_of[w as usize] = h,
+                None => {
+                    let Some(h) = (0..n).find_map(stays) else { return false };
+                    face_of[w as usize] = h;
+                }
+            }
+        }
+    }
+    triangles.drop_faces(&gone);
+    true
+}
+
+/// Puts new vertices into the triangles that they lie over. Whether all could be.
+fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], spacing: f64) -> bool {
+    if born.is_empty() {
+        return true;
+    }
+    let mut face_of = vec![NONE; points.len()];
+    for (f, v) in triangles.faces.iter().enumerate() {
+        v.iter().for_each(|&v| face_of[v as usize] = f as u32);
+    }
+    let grid = Grid::new(points, None, spacing);
+    for &u in born {
+        let p = points[u as usize];
+        let mut near: Vec<(f64, u32)> = Vec::new();
+        grid.near(p, 2.0 * spacing, |v| {
+            let d = distance(points[v as usize], p);
+            if v != u && face_of[v as usize] != NONE && d < 2.0 * spacing {
+                near.push((d, v));
+            }
+        });
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut found = None;
+        for &(_, v) in near.iter().take(6) {
+            let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { continue };
+            found =
+                fan.iter().map(|f| f.0 as usize).find(|&f| lies_over(triangles.faces[f], u, points, normals));
+            if found.is_some() {
+                break;
+            }
+        }
+        let Some(f) = found else { return false };
+        triangles.insert(f, u);
+        face_of[u as usize] = f as u32;
+        // The two new faces are the last ones; the corners of `f` have moved to them.
+        for g in triangles.faces.len() - 2..triangles.faces.len() {
+            triangles.faces[g].iter().for_each(|&v| face_of[v as usize] = g as u32);
+        }
+    }
+    true
+}
+
+/// Whether vertex `u` splits a triangle in three that face as it does.
+fn lies_over(f: [u32; 3], u: u32, points: &[V3], normals: &[V3]) -> bool {
+    let p = points[u as usize];
+    let n = normals[u as usize];
+    (0..3).all(|k| {
+        let (a, b) = (points[f[k] as usize], points[f[(k + 1) % 3] as usize]);
+        dot(cross(sub(b, a), sub(p, a)), n) > 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn identities_are_followed() {
+        let (now, born) = renumber(&[5, 2, 9, 4], &[9, 11, 2, 4]);
+        assert_eq!(now, [NONE, 2, 0, 3]);
+        assert_eq!(born, [1]);
+    }
+}
