@@ -24,6 +24,7 @@ from isoswarm.loading import from_function, load, parse
 from isoswarm.measuring import Estimate, Measures, Moments, measure
 from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
+from isoswarm.patches import Parametric, ParametricSamples, parametric
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
 from isoswarm.rendering import render, turntable
 from isoswarm.samples import Evenness, Report, Samples
@@ -56,6 +57,8 @@ __all__ = [
     "Operand",
     "Parameter",
     "Parameters",
+    "Parametric",
+    "ParametricSamples",
     "Pin",
     "Report",
     "Samples",
@@ -76,6 +79,7 @@ __all__ = [
     "mesh",
     "metrics",
     "molecule",
+    "parametric",
     "parse",
     "read_atoms",
     "read_script",

@@ -243,7 +243,7 @@ def measures(
     *,
     n: int | None,
     spacing: float | None,
-    samples: tuple[Floats, Floats, Floats] | None,
+    samples: tuple[Floats, Floats, Floats, int] | None,
     lo: Corner,
     hi: Corner,
     seed: int,
@@ -253,3 +253,15 @@ def measures(
     integrands: list[Callable[[Floats], Floats]],
 ) -> dict[str, Any]: ...
 def certify(model: Model, *, lo: Corner, hi: Corner, boxes: int) -> dict[str, Any]: ...
+def patch(
+    model: Model,
+    *,
+    lo: tuple[float, float],
+    hi: tuple[float, float],
+    wraps: tuple[str, ...],
+    n: int | None,
+    spacing: float | None,
+    seed: int,
+    most: int,
+    faces: bool,
+) -> dict[str, Any]: ...

@@ -7,6 +7,7 @@ mod field;
 mod geometry;
 mod measure;
 mod mesh;
+mod parametric;
 mod particles;
 mod render;
 mod scene;
@@ -29,6 +30,8 @@ mod _core {
     use crate::measure::measures;
     #[pymodule_export]
     use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
+    #[pymodule_export]
+    use crate::parametric::patch;
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
     #[pymodule_export]

@@ -25,7 +25,12 @@ pub fn measures<'py>(
     model: &Bound<'py, Model>,
     n: Option<usize>,
     spacing: Option<f64>,
-    samples: Option<(PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, f64>)>,
+    samples: Option<(
+        PyReadonlyArray2<'py, f64>,
+        PyReadonlyArray2<'py, f64>,
+        PyReadonlyArray1<'py, f64>,
+        usize,
+    )>,
     lo: [f64; 3],
     hi: [f64; 3],
     seed: u64,
@@ -37,11 +42,12 @@ pub fn measures<'py>(
     let surface = model.get().field()?.as_ref();
     let bounds = Aabb::new(lo, hi);
     let given = samples
-        .map(|(points, normals, radii)| -> PyResult<Samples> {
+        .map(|(points, normals, radii, components)| -> PyResult<Samples> {
             Ok(columns(
                 arrays::points("points", &points)?,
                 arrays::points("normals", &normals)?,
                 arrays::column(&radii),
+                components,
             ))
         })
         .transpose()?;
@@ -143,10 +149,10 @@ fn integrand(f: &Py<PyAny>) -> Box<Integrand<'_>> {
 }
 
 /// Samples from their columns, as the mesher needs them.
-fn columns(points: Vec<[f64; 3]>, normals: Vec<[f64; 3]>, radii: Vec<f64>) -> Samples {
+fn columns(points: Vec<[f64; 3]>, normals: Vec<[f64; 3]>, radii: Vec<f64>, components: usize) -> Samples {
     let report = Report {
         status: Status::Converged,
-        components: 0,
+        components,
         certified: false,
         max_error: 0.0,
         evenness: Evenness::default(),

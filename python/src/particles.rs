@@ -192,7 +192,7 @@ pub fn measure<'py>(
 }
 
 /// Evenness as Python's dataclass takes it.
-fn evenness<'py>(py: Python<'py>, found: &Evenness) -> PyResult<Bound<'py, PyDict>> {
+pub fn evenness<'py>(py: Python<'py>, found: &Evenness) -> PyResult<Bound<'py, PyDict>> {
     let e = PyDict::new(py);
     e.set_item("rho_min", found.rho_min)?;
     e.set_item("rho_avg", found.rho_avg)?;

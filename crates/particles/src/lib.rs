@@ -16,6 +16,7 @@ mod kernel;
 pub mod metrics;
 mod neighbors;
 mod options;
+pub mod parametric;
 mod population;
 mod project;
 mod random;
@@ -30,6 +31,7 @@ mod seeding;
 mod sizing;
 mod stars;
 mod swarm;
+mod tangential;
 
 use isoswarm_field::vector;
 
@@ -42,4 +44,5 @@ pub use project::project;
 pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;
 pub use sample::sample;
+pub use tangential::{Change, normal_keeping_velocity};
 pub use swarm::same_sheet;

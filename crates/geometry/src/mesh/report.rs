@@ -38,6 +38,9 @@ pub struct MeshReport {
     pub doubtful: Vec<V3>,
     /// What the user should know, a sentence each.
     pub warnings: Vec<String>,
+    /// Whether the mesh has the topology that is proven of the surface; `None` where none was proven, or asked for: see
+    /// [`MeshReport::certify`].
+    pub certified: Option<bool>,
 }
 
 impl MeshReport {
