@@ -23,7 +23,7 @@ from isoswarm.loading import from_function, load, parse
 from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
-from isoswarm.rendering import render, turntable
+from isoswarm.rendering import Image, render, turntable
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
@@ -42,6 +42,7 @@ __all__ = [
     "Field",
     "FitResult",
     "Floaters",
+    "Image",
     "Mesh",
     "MeshReport",
     "Moment",

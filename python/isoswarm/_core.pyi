@@ -216,6 +216,7 @@ def mesh_samples(
     smoothing: int | None,
     intersections: bool,
 ) -> dict[str, Any]: ...
+
 class LiveMesh:
     def __new__(cls, lo: Corner, hi: Corner) -> LiveMesh: ...
     def update(

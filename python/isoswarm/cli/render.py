@@ -31,12 +31,8 @@ def render_command(
     azimuth: Annotated[float, typer.Option("--azimuth", help="Direction of view, in degrees.")] = 35.0,
     elevation: Annotated[float, typer.Option("--elevation", help="Direction of view, in degrees.")] = 25.0,
     projection: Annotated[str, typer.Option("--projection", help="perspective or parallel.")] = "perspective",
-    style: Annotated[
-        str, typer.Option("--style", help="surface, discs, points, mesh, flat or wireframe.")
-    ] = "surface",
-    coloring: Annotated[
-        str, typer.Option("--coloring", help="uniform, curvature, height or normal.")
-    ] = "uniform",
+    style: Annotated[str, typer.Option("--style", help="surface, discs, points, mesh, flat or wireframe.")] = "surface",
+    coloring: Annotated[str, typer.Option("--coloring", help="uniform, curvature, height or normal.")] = "uniform",
     cut: Annotated[
         list[str] | None,
         typer.Option("--cut", help="Keep one side of a plane: x=0.2 keeps x <= 0.2, -x=0.2 x >= 0.2; or nx,ny,nz,d."),
