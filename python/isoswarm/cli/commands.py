@@ -155,8 +155,8 @@ def view_command(
             render(
                 mesh_samples(samples, bounds=models.bounds(bounds)),
                 output,
-                style=style,
-                coloring=coloring,
+                style=style,  # type: ignore[arg-type]  # one of these, by the condition
+                coloring=coloring,  # type: ignore[arg-type]  # checked by the core
                 width=width,
                 height=height,
                 azimuth=azimuth * 0.017453292519943295,
