@@ -142,7 +142,10 @@ class MeshReport:
                 f"genus {', '.join(map(str, self.genus[:8]))}{' …' * (len(self.genus) > 8)}, "
                 f"{self.boundaries} boundaries",
             ),
-            ("quality", f"Q {q.q_avg:.3f} (least {q.q_min:.3f}), angles {q.smallest_angle:.1f}° to {q.largest_angle:.1f}°"),
+            (
+                "quality",
+                f"Q {q.q_avg:.3f} (least {q.q_min:.3f}), angles {q.smallest_angle:.1f}° to {q.largest_angle:.1f}°",
+            ),
             ("off the surface", f"{self.max_distance:.2g} at most, at the triangles' centres"),
             ("work", f"{self.evaluations:,} evaluations, {self.seconds:.2f} s"),
         ]
@@ -333,7 +336,9 @@ def mesh(
         raise TypeError(f"field: expected a Field (see iso.parse, iso.from_function), given {type(field).__name__}")
     given = {k: v for k, v in (("n", n), ("spacing", spacing), ("error", error)) if v is not None}
     if len(given) > 1:
-        raise ValueError(f"expected one of n, spacing and error, given {', '.join(f'{k}={v}' for k, v in given.items())}")
+        raise ValueError(
+            f"expected one of n, spacing and error, given {', '.join(f'{k}={v}' for k, v in given.items())}"
+        )
     if not given:
         n = 10_000
     if n is not None and not 1 <= n <= 2**32:
@@ -416,7 +421,11 @@ def _told(made: Mesh) -> Mesh:
     """The mesh, with a warning where it is not what was asked for."""
     report = made.report
     if not len(made) and not report.vertices:
-        warnings.warn("there is no surface F = 0 in the bounds; check the sign of the field, or pass larger bounds", EmptySurfaceWarning, stacklevel=3)
+        warnings.warn(
+            "there is no surface F = 0 in the bounds; check the sign of the field, or pass larger bounds",
+            EmptySurfaceWarning,
+            stacklevel=3,
+        )
     elif not report.sound:
         warnings.warn("; ".join(report.warnings) or "the mesh is not sound", SamplingWarning, stacklevel=3)
     return made

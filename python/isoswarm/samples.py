@@ -255,8 +255,8 @@ class Samples:
         height: int = 900,
         azimuth: float = 0.6,
         elevation: float = 0.4,
-        style: Literal["discs", "surface"] = "discs",
-        coloring: Literal["uniform", "curvature", "height"] = "uniform",
+        style: Literal["discs", "points", "surface"] = "discs",
+        coloring: Literal["uniform", "curvature", "height", "normal"] = "uniform",
         transparent: bool = False,
         disc_scale: float | None = None,
         supersampling: int = 3,
@@ -271,9 +271,9 @@ class Samples:
             In pixels.
         azimuth, elevation : float
             Direction of the view, in radians.
-        style : {"discs", "surface"}
-            Separate discs, or discs large enough to close the surface.
-        coloring : {"uniform", "curvature", "height"}
+        style : {"discs", "points", "surface"}
+            Separate discs, balls, or discs large enough to close the surface.
+        coloring : {"uniform", "curvature", "height", "normal"}
             What the colour says.
         transparent : bool
             Leave the background out.

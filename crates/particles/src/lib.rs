@@ -5,7 +5,9 @@
 
 mod constraint;
 pub mod control;
+pub mod creases;
 mod curvature;
+mod edges;
 mod error;
 mod even;
 mod finish;
@@ -19,6 +21,7 @@ mod project;
 mod random;
 mod relax;
 mod report;
+mod repulsion;
 mod rings;
 pub mod rng;
 mod run;

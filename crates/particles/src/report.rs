@@ -1,5 +1,7 @@
 //! What a run gives: the samples and the account of how it went.
 
+use crate::creases::Creases;
+
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -88,6 +90,8 @@ pub struct Samples {
     pub curvatures: Vec<[f64; 2]>,
     /// Connected component of each sample, numbered from 0 in the order of their first samples.
     pub component: Vec<u32>,
+    /// The surface's edges and corners, where that was asked for: their points are the first samples, in their order.
+    pub creases: Option<Creases>,
     /// How the run went.
     pub report: Report,
 }

@@ -4,8 +4,10 @@
 //! passes to find out which ones can be left out; here a grid of the bumps knows it, and one loop computes value and
 //! derivatives of each. The sum is recognised on the tape, so that it does not matter how a model was written.
 
+mod near;
 mod recognise;
 mod search;
+mod single;
 mod terms;
 #[cfg(test)]
 mod tests;
@@ -13,10 +15,13 @@ mod tests;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
+use single::Single;
+
 use crate::FieldError;
 use crate::math;
 use crate::surface::{Aabb, Cells, Surface};
 use crate::tape::Tape;
+pub(crate) use near::Near;
 pub(crate) use terms::Terms;
 
 /// factor · exp(level − Σ_axis weight (x_axis − centre)²)
@@ -92,7 +97,15 @@ impl Sum {
     }
 
     /// What is left when tails are dropped that move the surface by about `error` (a length) at most.
-    pub(crate) fn sketch(&self, error: f64) -> Option<Sum> {
+    pub(crate) fn sketch(&self, error: f64) -> Option<Box<dyn Surface>> {
+        Some(match Single::of(self.shortened(error)?, error) {
+            Ok(single) => Box::new(single),
+            Err(double) => Box::new(double),
+        })
+    }
+
+    /// The same in double precision.
+    fn shortened(&self, error: f64) -> Option<Sum> {
         // Wherever a bump ends only the few around it end too, not all of them.
         let tail = SKETCHED * error * self.slope;
         let bumps = self.bumps.iter().copied().zip(self.exps.iter().copied()).collect();

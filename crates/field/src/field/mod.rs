@@ -1,13 +1,17 @@
 //! A model ready for evaluation: compiled, with its parameters' present values.
 
 mod bounds;
-mod cells;
+pub(crate) mod cells;
 mod differences;
 mod evaluate;
 mod intervals;
 mod leaves;
+mod pieces;
 mod rows;
+mod smooth;
 mod surface;
+
+pub use smooth::Regularity;
 
 use std::sync::{Arc, OnceLock};
 
@@ -18,6 +22,7 @@ use crate::program::{Program, Purpose};
 use crate::tape::Tape;
 use crate::{Aabb, FieldError};
 use leaves::{LeafOutputs, LeafStage};
+pub use pieces::{CompiledPiece, Piece, Pieces, Ranges};
 
 /// Points that one task evaluates.
 const CHUNK: usize = 1024;

@@ -20,6 +20,7 @@ mod build;
 mod circumsphere;
 mod connect;
 mod corners;
+mod crease;
 mod error;
 mod fill;
 mod intersect;

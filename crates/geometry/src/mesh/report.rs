@@ -1,6 +1,6 @@
 //! What is known of a mesh.
 
-use isoswarm_field::vector::V3;
+use isoswarm_field::vector::{V3, dot};
 use isoswarm_field::{FieldError, Surface};
 use isoswarm_particles::{Samples, Status};
 
@@ -18,6 +18,8 @@ pub struct MeshReport {
     pub quality: Quality,
     /// Largest distance |F|/|∇F| of a triangle's centre from the surface, model units.
     pub max_distance: f64,
+    /// Edges of the mesh that are creases of the surface: numbers of both ends.
+    pub creases: Vec<[u32; 2]>,
     /// Pairs of faces that pass through each other; empty where they were not looked for.
     pub self_intersections: Vec<[u32; 2]>,
     /// Triangles that closed holes where the stars of vertices did not agree.
@@ -44,6 +46,19 @@ impl MeshReport {
     /// does not pass through itself as far as that was looked for.
     pub fn is_sound(&self) -> bool {
         self.topology.is_manifold() && self.doubtful.is_empty() && self.self_intersections.is_empty()
+    }
+
+    pub(super) fn not_on_creases(&mut self, vertices: &Vertices, missing: &[[u32; 2]]) {
+        if missing.is_empty() {
+            return;
+        }
+        self.warnings.push(format!(
+            "{} parts of the surface's edges are crossed by triangles, where details are finer than the triangles; see the \
+             doubtful places",
+            missing.len()
+        ));
+        let places = missing.iter().map(|[a, _]| vertices.points[*a as usize]);
+        self.doubtful.extend(places.take(Self::MOST_PLACES));
     }
 
     pub(super) fn left_out(&mut self, vertices: &Vertices, left_out: &[u32]) {
@@ -105,7 +120,10 @@ impl MeshReport {
             ));
         }
         if !self.self_intersections.is_empty() {
-            self.warnings.push(format!("{} pairs of triangles pass through each other", self.self_intersections.len()));
+            self.warnings.push(format!(
+                "{} pairs of triangles pass through each other",
+                self.self_intersections.len()
+            ));
             let places = self.self_intersections.iter().map(|p| mesh.corners(p[0] as usize)[0]);
             self.doubtful.extend(places);
         }
@@ -113,9 +131,28 @@ impl MeshReport {
         if parts != known && !mesh.faces.is_empty() {
             self.warnings.push(format!("the mesh has {parts} components, the swarm {known}"));
         }
+        let bent = bent(mesh);
+        if !bent.is_empty() {
+            self.warnings.push(format!(
+                "the surface bends by more than 60 degrees within {} triangles, listed as doubtful: a crease, a singular point, or details finer \
+                 than the spacing",
+                bent.len()
+            ));
+            self.doubtful.extend(bent);
+        }
         let singular = mesh.normals.iter().filter(|n| **n == [0.0; 3]).count();
         if singular > 0 {
             self.warnings.push(format!("{singular} vertices lie where the gradient vanishes"));
         }
     }
+}
+
+/// Centres of triangles whose corners' normals are more than 60 degrees apart.
+fn bent(mesh: &Mesh) -> Vec<V3> {
+    let apart = |f: &[u32; 3]| {
+        let n = f.map(|v| mesh.normals[v as usize]);
+        (0..3).any(|k| dot(n[k], n[(k + 1) % 3]) < 0.5)
+    };
+    let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
+    centres(&mesh.points, &faces)
 }
