@@ -16,6 +16,7 @@ from isoswarm.bumps import *  # noqa: F403
 from isoswarm.bumps import __all__ as _blobs
 from isoswarm.certifying import Certificate, Component, certify
 from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, diagnose
+from isoswarm.edges import Crease, Creases
 from isoswarm.errors import *  # noqa: F403
 from isoswarm.errors import __all__ as _errors
 from isoswarm.field import Field, Operand, Parameter, Parameters
@@ -40,6 +41,8 @@ __all__ = [
     "Atoms",
     "Certificate",
     "Component",
+    "Crease",
+    "Creases",
     "DerivativeCheck",
     "Diagnosis",
     "DragResult",

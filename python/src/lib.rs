@@ -2,6 +2,7 @@
 mod arrays;
 mod callback;
 mod certify;
+mod creases;
 mod errors;
 mod field;
 mod geometry;
@@ -22,6 +23,8 @@ mod _core {
 
     #[pymodule_export]
     use crate::certify::certify;
+    #[pymodule_export]
+    use crate::creases::Creases;
     #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
