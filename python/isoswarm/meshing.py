@@ -275,6 +275,7 @@ def mesh(
     error: float | None = None,
     bounds: Any = None,
     density: BatchFunction | Literal["curvature"] | None = None,
+    creases: bool = True,
     rule: Rule = "delaunay",
     smoothing: int | None = None,
     intersections: bool = True,
@@ -302,6 +303,8 @@ def mesh(
     density : callable or "curvature", optional
         Relative number of vertices per area, a batch function of position, (n, 3) to (n,), or by curvature. By default
         uniform, but denser where the surface bends within less than the spacing. Not with `error`.
+    creases : bool
+        Whether edges and corners of the surface become edges and vertices of the mesh.
     rule : {"delaunay", "circumsphere"}
         ``"delaunay"`` is the one to use. ``"circumsphere"`` is that of Szeliski and Tonnesen (1992), to compare
         with; it need not give a manifold.
@@ -368,6 +371,7 @@ def mesh(
         hi=tuple(hi),
         rule=rule,
         density=by,
+        creases=creases,
         smoothing=smoothing,
         intersections=intersections,
         seed=seed,
@@ -407,6 +411,7 @@ def mesh_samples(
         samples.points,
         samples.normals,
         samples.radii,
+        samples.creases._inner if samples.creases else None,
         components=samples.report.components,
         unmet=samples.report.reason,
         lo=tuple(lo),

@@ -21,6 +21,7 @@ mod regions;
 pub mod scalar;
 mod sparse;
 pub mod surface;
+pub mod switches;
 mod tape;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
@@ -38,4 +39,5 @@ pub use regions::{Narrowed, RegionOptions};
 pub use scalar::Scalar;
 pub use sparse::SparseRows;
 pub use surface::{Aabb, Cells, Parametric, Surface};
+pub use switches::Switches;
 pub use tape::Tape;

@@ -1,5 +1,6 @@
 //! What the particles need to know of a surface, and nothing more.
 
+use crate::switches::Switches;
 use crate::{FieldError, SparseRows};
 
 /// An axis-aligned box.
@@ -88,6 +89,12 @@ pub trait Surface: Sync {
     /// subdivision; at most about `most` of them (the side grows until they fit). `None` where the surface
     /// has no intervals. The boxes come in a spatially coherent order, and `owner` evaluates in any of them fast.
     fn cells(&self, _bounds: &Aabb, _side: f64, _most: usize) -> Option<Cells<'_>> {
+        None
+    }
+
+    /// The minima, maxima and other switches of F, along which the surface may have edges. `None` where they are not
+    /// known.
+    fn switches(&self) -> Option<Switches<'_>> {
         None
     }
 }

@@ -120,6 +120,7 @@ impl GeometryError {
             }
             PermissionDenied | ReadOnlyFilesystem => "choose a folder that you may write to",
             NotFound | NotADirectory => "create the folder first",
+            Unsupported => "there are no files here: write to memory with the format's `write`",
             IsADirectory => "this is a folder: add a file name",
             FileTooLarge => {
                 "save to a file system that allows larger files; an earlier file of that name is unchanged"

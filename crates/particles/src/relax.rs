@@ -10,9 +10,12 @@ use rayon::prelude::*;
 use crate::constraint::{Target, Walls, evaluate, project_together};
 use crate::neighbors::Neighbors;
 use crate::repulsion::{CUTOFF, repulsion};
-use crate::swarm::Swarm;
+use crate::swarm::{FREE, Swarm};
 use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
+/// Distance in σ down to which two floaters that approach each other may go unseen: a force of a hundredth of that between
+/// neighbours.
+const UNSEEN: f64 = 3.2;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
@@ -47,9 +50,8 @@ pub(crate) struct Pace {
     pub(crate) gain: f64,
     /// Part of the last displacement that is kept: the heavy ball.
     pub(crate) momentum: f64,
-    /// Lists of neighbours are drawn this many σ wider than repulsion reaches and serve until too many floaters have gone
-    /// that far. Two that approach each other from outside may meet at 4 - .8 σ unseen by then (with a skin of .8); a force
-    /// of a hundredth of that between neighbours.
+    /// Lists of neighbours are drawn this many σ wider than repulsion reaches, and serve until too many floaters have gone so
+    /// far that there may be two at less than [`UNSEEN`] that are not in them.
     pub(crate) skin: f64,
     /// Part of the floaters that may go farther than the lists allow for before they are drawn anew.
     pub(crate) stray: f64,
@@ -131,11 +133,9 @@ impl<'s> Relaxation<'s> {
         }
     }
 
-    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight. Not farther than the skin
-    /// where the lists see more: who outruns them goes unseen the longer.
+    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight.
     fn room(&self) -> f32 {
-        let sigma = self.pace.sigma / self.sight;
-        (1.0 - CUTOFF * sigma).min(self.pace.skin * sigma) as f32
+        (0.5 * (1.0 - UNSEEN * self.pace.sigma / self.sight)) as f32
     }
 
     /// Draws the lists of neighbours anew where motion demands it.
@@ -181,8 +181,8 @@ impl<'s> Relaxation<'s> {
     fn displace(&mut self) {
         let Self { walls, pace, swarm, lists, next, .. } = self;
         let Pace { sigma, gain, momentum, .. } = *pace;
-        let Swarm { points, normals, velocity, size, .. } = swarm;
-        let (points, normals, size) = (&points[..], &normals[..], &size[..]);
+        let Swarm { points, normals, velocity, size, held, .. } = swarm;
+        let (points, normals, size, held) = (&points[..], &normals[..], &size[..], &held[..]);
         let arch = Arch::new();
         next.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK)).enumerate().for_each(
             |(c, (next, velocity))| {
@@ -193,6 +193,7 @@ impl<'s> Relaxation<'s> {
                     points,
                     normals,
                     size,
+                    held,
                     sigma,
                     lists,
                     walls,
@@ -210,6 +211,7 @@ impl<'s> Relaxation<'s> {
         let (walls, least, sigma, part) = (*walls, *least, pace.sigma, pace.sigma / *sight);
         let points = &swarm.points[..];
         let size = &swarm.size[..];
+        let held = &swarm.held[..];
         let parts: Vec<(f64, f64, usize, Vec<(u32, V3)>)> = next
             .par_chunks_mut(CHUNK)
             .zip(swarm.normals.par_chunks_mut(CHUNK))
@@ -220,6 +222,9 @@ impl<'s> Relaxation<'s> {
                 let (mut square, mut most, mut away, mut turned) = (0.0, 0.0f64, 0usize, Vec::new());
                 for k in 0..next.len() {
                     let i = c * CHUNK + k;
+                    if held.get(i).is_some_and(|h| *h != FREE) {
+                        continue;
+                    }
                     let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
                     match walls.newton(next[k], value[i], gradient[i], LONGEST * own, least) {
                         Some(q) => {
@@ -347,6 +352,8 @@ struct Displace<'a> {
     points: &'a [V3],
     normals: &'a [V3],
     size: &'a [f64],
+    /// As in [`Swarm::held`].
+    held: &'a [u32],
     sigma: f64,
     lists: &'a Neighbors,
     walls: &'a Walls,
@@ -359,10 +366,15 @@ impl pulp::NullaryFnOnce for Displace<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { gain, momentum, first, points, normals, size, sigma, lists, walls, next, velocity } = self;
+        let Self { gain, momentum, first, points, normals, size, held, sigma, lists, walls, next, velocity } =
+            self;
         for k in 0..next.len() {
             let i = first + k;
             let p = points[i];
+            if held.get(i).is_some_and(|h| *h != FREE) {
+                (next[k], velocity[k]) = (p, [0.0; 3]);
+                continue;
+            }
             let own = sigma * if size.is_empty() { 1.0 } else { size[i] };
             let (force, stiffness) = repulsion(i, points, normals, lists.of(i), size, sigma);
             let gain = gain * (STIFF / stiffness.max(STIFF));

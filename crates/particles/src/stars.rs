@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::constraint::Walls;
 use crate::neighbors::Neighbors;
-use crate::vector::{V3, along, dot, frame, norm, scale, sub, tangential};
+use crate::vector::{V3, along, distance, dot, frame, norm, scale, sub, tangential};
 
 /// Bisectors shorter than this part of the distance between the floaters that they separate do not count as shared
 /// edges: four floaters on one circle are not neighbours across both diagonals.
@@ -234,19 +234,7 @@ impl Stars<'_> {
         let Desk { cell, near, lengths } = desk;
         let (p, n) = (self.points[i], self.normals[i]);
         let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
-        near.clear();
-        let reach = 4.0 * radius * radius;
-        let mut least = f64::INFINITY;
-        for (k, &j) in others.iter().enumerate() {
-            let r = sub(self.points[j as usize], p);
-            let square = dot(r, r);
-            least = least.min(square);
-            if square > 0.0 && square <= reach && k as u64 <= PLACE {
-                // Of numbers above zero the larger one has the larger bits.
-                near.push((square.to_bits() & !PLACE) | k as u64);
-            }
-        }
-        near.sort_unstable();
+        let least = self.by_distance(p, others, radius, near);
         cell.octagon(radius);
         if self.at_walls(i, others, radius) {
             self.clip_by_walls(p, u, v, radius, cell);
@@ -314,6 +302,82 @@ impl Stars<'_> {
         }
         out.mean /= f64::from(out.valence.max(1));
         out
+    }
+
+    /// The area of the cell of sample `i` on its own side of creases: among those of `others` that are on that side, within
+    /// `radius`, and within the lines of `segments`, each from point to point of a crease.
+    pub(crate) fn area_beside(
+        &self,
+        i: usize,
+        others: &[u32],
+        segments: &[[V3; 2]],
+        radius: f64,
+        cell: &mut Desk,
+    ) -> f64 {
+        let Desk { cell, near, .. } = cell;
+        let (p, n) = (self.points[i], self.normals[i]);
+        let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
+        cell.octagon(radius);
+        if self.at_walls(i, others, radius) {
+            self.clip_by_walls(p, u, v, radius, cell);
+        }
+        let flat = |q: V3| {
+            let r = sub(q, p);
+            [dot(r, u), dot(r, v)]
+        };
+        let mut lines: Vec<([f64; 2], f64)> = Vec::new();
+        for s in segments {
+            let (a, b) = (flat(s[0]), flat(s[1]));
+            let d = [b[0] - a[0], b[1] - a[1]];
+            let square = d[0] * d[0] + d[1] * d[1];
+            let foot = -(a[0] * d[0] + a[1] * d[1]) / square;
+            // Beyond its ends a segment bounds nothing.
+            if !(-1e-9..=1.0 + 1e-9).contains(&foot) {
+                continue;
+            }
+            let to = [a[0] + foot * d[0], a[1] + foot * d[1]];
+            let b = to[0] * to[0] + to[1] * to[1];
+            cell.clip(to, b, WALL);
+            lines.push((to, b));
+        }
+        self.by_distance(p, others, radius, near);
+        for &key in near.iter() {
+            let j = others[(key & PLACE) as usize];
+            let d = distance(self.points[j as usize], p);
+            if 0.25 * d * d >= cell.farthest().1 {
+                break;
+            }
+            let q = flat(self.points[j as usize]);
+            let length = (q[0] * q[0] + q[1] * q[1]).sqrt();
+            if length < 1e-3 * d {
+                continue;
+            }
+            let s = along_surface(sub(self.points[j as usize], p), d, n, self.normals[j as usize]);
+            let q = [q[0] * s / length, q[1] * s / length];
+            if lines.iter().all(|(a, b)| a[0] * q[0] + a[1] * q[1] <= *b) {
+                cell.clip(q, 0.5 * s * s, j);
+            }
+        }
+        cell.area()
+    }
+
+    /// Those of `others` whose bisectors reach within `radius` of `p`, by distance, as [`Desk`] keeps them; and the square of the
+    /// distance to the nearest one.
+    fn by_distance(&self, p: V3, others: &[u32], radius: f64, near: &mut Vec<u64>) -> f64 {
+        near.clear();
+        let reach = 4.0 * radius * radius;
+        let mut least = f64::INFINITY;
+        for (k, &j) in others.iter().enumerate() {
+            let r = sub(self.points[j as usize], p);
+            let square = dot(r, r);
+            least = least.min(square);
+            if square > 0.0 && square <= reach && k as u64 <= PLACE {
+                // Of numbers above zero the larger one has the larger bits.
+                near.push((square.to_bits() & !PLACE) | k as u64);
+            }
+        }
+        near.sort_unstable();
+        least
     }
 
     fn clip_by_walls(&self, p: V3, u: V3, v: V3, radius: f64, cell: &mut Polygon) {

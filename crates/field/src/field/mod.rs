@@ -1,7 +1,7 @@
 //! A model ready for evaluation: compiled, with its parameters' present values.
 
 mod bounds;
-mod cells;
+pub(crate) mod cells;
 mod differences;
 mod evaluate;
 mod intervals;

@@ -6,6 +6,7 @@ use super::{Field, cells};
 use crate::bumps::Sum;
 use crate::regions::{Narrowed, RegionOptions, Whole};
 use crate::surface::{Aabb, Cells, Parametric, Surface};
+use crate::switches::Switches;
 use crate::{FieldError, Interval, SparseRows};
 
 /// Tapes up to this length gain nothing from pruning.
@@ -173,6 +174,10 @@ impl Surface for Field {
         }
         (!self.is_opaque() && self.components() == 1)
             .then(|| cells::search(self.whole(), bounds, side, most, self.tail_in(bounds)))
+    }
+
+    fn switches(&self) -> Option<Switches<'_>> {
+        (!self.is_opaque() && self.components() == 1).then(|| Switches::new(self.whole()))
     }
 }
 

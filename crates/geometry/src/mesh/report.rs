@@ -18,6 +18,10 @@ pub struct MeshReport {
     pub quality: Quality,
     /// Largest distance |F|/|∇F| of a triangle's centre from the surface, model units.
     pub max_distance: f64,
+    /// Edges of the mesh that are creases of the surface: numbers of both ends.
+    pub creases: Vec<[u32; 2]>,
+    /// Vertices that are corners or tips of the surface.
+    pub corners: Vec<u32>,
     /// Pairs of faces that pass through each other; empty where they were not looked for.
     pub self_intersections: Vec<[u32; 2]>,
     /// Triangles that closed holes where the stars of vertices did not agree.
@@ -35,6 +39,9 @@ pub struct MeshReport {
     pub doubtful: Vec<V3>,
     /// What the user should know, a sentence each.
     pub warnings: Vec<String>,
+    /// Whether the mesh has the topology that is proven of the surface; `None` where none was proven, or asked for: see
+    /// [`MeshReport::certify`].
+    pub certified: Option<bool>,
 }
 
 impl MeshReport {
@@ -45,6 +52,19 @@ impl MeshReport {
     /// does not pass through itself as far as that was looked for.
     pub fn is_sound(&self) -> bool {
         self.topology.is_manifold() && self.doubtful.is_empty() && self.self_intersections.is_empty()
+    }
+
+    pub(super) fn not_on_creases(&mut self, vertices: &Vertices, missing: &[[u32; 2]]) {
+        if missing.is_empty() {
+            return;
+        }
+        self.warnings.push(format!(
+            "{} parts of the surface's edges are crossed by triangles, where details are finer than the triangles; see the \
+             doubtful places",
+            missing.len()
+        ));
+        let places = missing.iter().map(|[a, _]| vertices.points[*a as usize]);
+        self.doubtful.extend(places.take(Self::MOST_PLACES));
     }
 
     pub(super) fn left_out(&mut self, vertices: &Vertices, left_out: &[u32]) {
@@ -117,7 +137,7 @@ impl MeshReport {
         }
         self.doubtful.sort_by(|p, q| p.partial_cmp(q).unwrap_or(std::cmp::Ordering::Equal));
         self.doubtful.dedup();
-        let bent = bent(mesh);
+        let bent = self.bent(mesh);
         if !bent.is_empty() {
             self.warnings.push(format!(
                 "the surface bends by more than 60 degrees within {} triangles, listed as doubtful: a crease, a singular point, or details finer \
@@ -133,12 +153,19 @@ impl MeshReport {
     }
 }
 
-/// Centres of triangles whose corners' normals are more than 60 degrees apart.
-fn bent(mesh: &Mesh) -> Vec<V3> {
-    let apart = |f: &[u32; 3]| {
-        let n = f.map(|v| mesh.normals[v as usize]);
-        (0..3).any(|k| dot(n[k], n[(k + 1) % 3]) < 0.5)
-    };
-    let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
-    centres(&mesh.points, &faces)
+impl MeshReport {
+    /// Centres of triangles whose corners' normals are more than 60 degrees apart; vertices on creases, which have more than one, do not
+    /// count.
+    fn bent(&self, mesh: &Mesh) -> Vec<V3> {
+        let mut edged = vec![false; mesh.points.len()];
+        self.creases.iter().flatten().chain(&self.corners).for_each(|&v| edged[v as usize] = true);
+        let apart = |f: &[u32; 3]| {
+            (0..3).any(|k| {
+                let (a, b) = (f[k] as usize, f[(k + 1) % 3] as usize);
+                !edged[a] && !edged[b] && dot(mesh.normals[a], mesh.normals[b]) < 0.5
+            })
+        };
+        let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
+        centres(&mesh.points, &faces)
+    }
 }

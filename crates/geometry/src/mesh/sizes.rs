@@ -38,6 +38,7 @@ pub(super) fn sample(
     bounds: &Aabb,
     resolution: Resolution,
     density: Density<'_>,
+    creases: bool,
     (seed, most): (u64, usize),
     progress: Option<&mut ProgressFn<'_>>,
 ) -> Result<Sampled, Error> {
@@ -59,7 +60,7 @@ pub(super) fn sample(
     let first = particles::sample(
         surface,
         bounds,
-        Options { amount, density, seed, most, progress: Some(&mut tell), ..Options::default() },
+        Options { amount, density, creases, seed, most, progress: Some(&mut tell), ..Options::default() },
     )?;
     let mut out = Sampled { samples: first, evaluations: 0, warnings: Vec::new() };
     let stopped =
@@ -85,6 +86,7 @@ pub(super) fn sample(
         Options {
             amount: Amount::Count(n),
             density: Density::Function(&sizes),
+            creases,
             seed,
             most,
             start: Some(&start),
