@@ -16,6 +16,7 @@ from isoswarm.bumps import *  # noqa: F403
 from isoswarm.bumps import __all__ as _blobs
 from isoswarm.certifying import Certificate, Component, certify
 from isoswarm.diagnosis import DerivativeCheck, Diagnosis, check_derivatives, diagnose
+from isoswarm.edges import Crease, Creases
 from isoswarm.errors import *  # noqa: F403
 from isoswarm.errors import __all__ as _errors
 from isoswarm.field import Field, Operand, Parameter, Parameters
@@ -24,8 +25,9 @@ from isoswarm.loading import from_function, load, parse
 from isoswarm.measuring import Estimate, Measures, Moments, measure
 from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
+from isoswarm.patches import Parametric, ParametricSamples, parametric
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
-from isoswarm.rendering import render, turntable
+from isoswarm.rendering import Image, render, turntable
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
@@ -39,6 +41,8 @@ __all__ = [
     "Atoms",
     "Certificate",
     "Component",
+    "Crease",
+    "Creases",
     "DerivativeCheck",
     "Diagnosis",
     "DragResult",
@@ -47,6 +51,7 @@ __all__ = [
     "Field",
     "FitResult",
     "Floaters",
+    "Image",
     "Measures",
     "Mesh",
     "MeshReport",
@@ -56,6 +61,8 @@ __all__ = [
     "Operand",
     "Parameter",
     "Parameters",
+    "Parametric",
+    "ParametricSamples",
     "Pin",
     "Report",
     "Samples",
@@ -76,6 +83,7 @@ __all__ = [
     "mesh",
     "metrics",
     "molecule",
+    "parametric",
     "parse",
     "read_atoms",
     "read_script",

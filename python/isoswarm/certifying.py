@@ -41,7 +41,8 @@ class Certificate:
     Attributes
     ----------
     proven : bool
-        Whether all is: the surface in the bounds is closed, without singular points, and `euler` and `components` are right.
+        Whether all is: the surface in the bounds is closed, without singular points, and `euler` and `components` are
+        right.
     euler : int or None
         Euler characteristic of the whole; proven where it is not None.
     components : tuple of Component
@@ -91,9 +92,10 @@ class Certificate:
 def certify(field: Field, *, bounds: Any = None, boxes: int = 2_000_000) -> Certificate:
     """Prove how many components the surface F = 0 has, and of which genus.
 
-    Interval arithmetic isolates all critical points of a height function on the surface; the sum of their signs is the Euler
-    characteristic (Morse). Paths that are proven to lie on the surface join its minima, and boxes that cover it keep
-    components apart. Nothing is sampled and nothing is a matter of resolution: the proof holds or it fails and says where.
+    Interval arithmetic isolates all critical points of a height function on the surface; the sum of their signs is the
+    Euler characteristic (Morse). Paths that are proven to lie on the surface join its minima, and boxes that cover it
+    keep components apart. Nothing is sampled and nothing is a matter of resolution: the proof holds, or it fails and
+    says where.
 
     Parameters
     ----------
@@ -107,8 +109,8 @@ def certify(field: Field, *, bounds: Any = None, boxes: int = 2_000_000) -> Cert
     Returns
     -------
     Certificate
-        Not proven where the surface is singular, leaves the bounds, has creases where the height is extreme, or takes more
-        boxes.
+        Not proven where the surface is singular, leaves the bounds, has creases where the height is extreme, or takes
+        more boxes.
 
     Examples
     --------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -43,7 +44,7 @@ class DerivativeCheck:
     @property
     def ok(self) -> bool:
         """Whether the derivatives agree with differences."""
-        return _agree(self.gradient) and (np.isnan(self.parameters) or _agree(self.parameters))
+        return _agree(self.gradient) and (math.isnan(self.parameters) or _agree(self.parameters))
 
 
 def _agree(difference: float) -> bool:

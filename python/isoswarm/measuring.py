@@ -31,8 +31,8 @@ class Estimate:
     Attributes
     ----------
     value, error : float
-        ``abs(value - truth) <= error`` is meant to hold: the error is twice the difference between Gauss rules of degree
-        6 and 8, and what places without a smooth surface may add. It is an estimate, not a proof.
+        ``abs(value - truth) <= error`` is meant to hold: the error is twice the difference between Gauss rules of
+        degree 6 and 8, and what places without a smooth surface may add. It is an estimate, not a proof.
 
     """
 
@@ -188,7 +188,8 @@ def measure(
     spacing : float, optional
         Instead of `n`: mean distance of neighbours.
     bounds : pair of corners or float, optional
-        As for :func:`isoswarm.sample`. A surface that leaves the box is clipped by it: it has an area there and no volume.
+        As for :func:`isoswarm.sample`. A surface that leaves the box is clipped by it: it has an area there and no
+        volume.
     integrands : callable or dict of str to callable, optional
         Functions of points and outward unit normals, (n, 3) each, to (n,); integrated over the surface.
     curvature : bool
@@ -235,7 +236,14 @@ def measure(
         field._model,
         n=10_000 if n is None and spacing is None else n,
         spacing=spacing,
-        samples=None if samples is None else (samples.points, samples.normals, samples.radii),
+        samples=None
+        if samples is None
+        else (
+            samples.points,
+            samples.normals,
+            samples.radii,
+            samples.report.components,
+        ),
         lo=tuple(lo),
         hi=tuple(hi),
         seed=seed,
@@ -263,7 +271,7 @@ def _wrapped(function: Integrand, name: str) -> Any:
     if not callable(function):
         raise TypeError(f"{name}: expected a function of points and normals, given {type(function).__name__}")
     check = checked(lambda X: function(X[:, :3], X[:, 3:]), name, 6)
-    return lambda X: check(X)
+    return lambda X: check(X, ())
 
 
 def _estimate(pair: tuple[float, float] | None) -> Estimate | None:
@@ -289,7 +297,7 @@ def _result(found: dict[str, Any], names: list[str], curvature: bool) -> Measure
         shell=_moments(found["shell"]),  # type: ignore[arg-type]  # always there
         euler=found["euler"],
         gauss_bonnet=found["gauss_bonnet"],
-        integrals=dict(zip(names, map(lambda pair: Estimate(*pair), found["integrals"]), strict=True)),
+        integrals=dict(zip(names, (Estimate(*pair) for pair in found["integrals"]), strict=True)),
         points=found["points"],
         faces=found["faces"],
         weights=found["weights"],

@@ -2,11 +2,13 @@
 mod arrays;
 mod callback;
 mod certify;
+mod creases;
 mod errors;
 mod field;
 mod geometry;
 mod measure;
 mod mesh;
+mod parametric;
 mod particles;
 mod render;
 mod scene;
@@ -22,6 +24,8 @@ mod _core {
     #[pymodule_export]
     use crate::certify::certify;
     #[pymodule_export]
+    use crate::creases::Creases;
+    #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
     use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
@@ -29,6 +33,8 @@ mod _core {
     use crate::measure::measures;
     #[pymodule_export]
     use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
+    #[pymodule_export]
+    use crate::parametric::patch;
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
     #[pymodule_export]

@@ -4,7 +4,7 @@ use isoswarm_geometry::{
     self as core, Estimate, GeometryError, Integrand, MeasureOptions, Measures, MeshOptions, Meshed, Moment,
     Resolution,
 };
-use isoswarm_particles::{Evenness, Report, Samples, Status};
+use isoswarm_particles::{Report, Samples};
 use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -25,7 +25,12 @@ pub fn measures<'py>(
     model: &Bound<'py, Model>,
     n: Option<usize>,
     spacing: Option<f64>,
-    samples: Option<(PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>, PyReadonlyArray1<'py, f64>)>,
+    samples: Option<(
+        PyReadonlyArray2<'py, f64>,
+        PyReadonlyArray2<'py, f64>,
+        PyReadonlyArray1<'py, f64>,
+        usize,
+    )>,
     lo: [f64; 3],
     hi: [f64; 3],
     seed: u64,
@@ -37,11 +42,12 @@ pub fn measures<'py>(
     let surface = model.get().field()?.as_ref();
     let bounds = Aabb::new(lo, hi);
     let given = samples
-        .map(|(points, normals, radii)| -> PyResult<Samples> {
+        .map(|(points, normals, radii, components)| -> PyResult<Samples> {
             Ok(columns(
                 arrays::points("points", &points)?,
                 arrays::points("normals", &normals)?,
                 arrays::column(&radii),
+                components,
             ))
         })
         .transpose()?;
@@ -143,26 +149,11 @@ fn integrand(f: &Py<PyAny>) -> Box<Integrand<'_>> {
 }
 
 /// Samples from their columns, as the mesher needs them.
-fn columns(points: Vec<[f64; 3]>, normals: Vec<[f64; 3]>, radii: Vec<f64>) -> Samples {
-    let report = Report {
-        status: Status::Converged,
-        components: 0,
-        certified: false,
-        max_error: 0.0,
-        evenness: Evenness::default(),
-        spacing: 0.0,
-        area: 0.0,
-        on_bounds: 0,
-        singular: 0,
-        steps: 0,
-        evaluations: 0,
-        births: 0,
-        deaths: 0,
-        warnings: Vec::new(),
-    };
+fn columns(points: Vec<[f64; 3]>, normals: Vec<[f64; 3]>, radii: Vec<f64>, components: usize) -> Samples {
+    let report = Report { components, ..Report::default() };
     let n = points.len();
     let (areas, curvatures, component) = (vec![0.0; n], vec![[f64::NAN; 2]; n], vec![0; n]);
-    Samples { points, normals, radii, areas, curvatures, component, report }
+    Samples { points, normals, radii, areas, curvatures, component, report, ..Samples::default() }
 }
 
 fn pair(e: Estimate) -> (f64, f64) {

@@ -31,7 +31,7 @@ pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
 pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};
 pub use mesh::{
     FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution,
-    Rule, Topology, mesh, mesh_samples,
+    Rule, Topology, mesh, mesh_patch, mesh_samples,
 };
 pub use picture::{
     Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,

@@ -3,7 +3,7 @@
 mod lattice;
 
 use isoswarm_field::Aabb;
-use isoswarm_geometry::{Certificate, CertifyOptions, certify};
+use isoswarm_geometry::{Certificate, CertifyOptions, MeshReport, certify};
 use lattice::surface;
 
 fn cube(half: f64) -> Aabb {
@@ -136,6 +136,9 @@ fn meshes_are_compared() {
     open.faces.pop();
     assert!(c.difference(&open.topology()).unwrap().contains("not a closed"));
     assert_eq!(Certificate::default().agrees(&good.topology()), None);
+    let mut report = MeshReport { topology: ball.topology(), ..MeshReport::default() };
+    report.certify(&c);
+    assert!(report.certified == Some(false) && report.warnings[0].contains("[0]"), "{report:?}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use isoswarm_field::{Aabb, Field};
 use rayon::prelude::*;
 
 use crate::GeometryError;
-use crate::mesh::Topology;
+use crate::mesh::{MeshReport, Topology};
 use critical::Critical;
 use system::System;
 
@@ -103,6 +103,16 @@ impl Certificate {
         (own != other).then(|| {
             format!("the components' Euler characteristics are {own:?}, those of the mesh {other:?}")
         })
+    }
+}
+
+impl MeshReport {
+    /// Compares the mesh with what is proven of the surface; a difference becomes a warning.
+    pub fn certify(&mut self, certificate: &Certificate) {
+        self.certified = certificate.agrees(&self.topology);
+        self.warnings.extend(
+            certificate.difference(&self.topology).map(|d| format!("wrong topology, as is proven: {d}")),
+        );
     }
 }
 
