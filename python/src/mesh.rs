@@ -1,6 +1,8 @@
 //! isoswarm-geometry for Python: meshes of surfaces.
 use isoswarm_field::Aabb;
-use isoswarm_geometry::{self as core, FaceQuality, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule};
+use isoswarm_geometry::{
+    self as core, FaceQuality, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule,
+};
 use isoswarm_particles::{Density, Evenness, Progress, Report, Samples, Status};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -66,8 +68,16 @@ pub fn mesh<'py>(
             (None, true) => Density::Curvature,
             (None, false) => Density::Uniform,
         };
-        let mut options =
-            MeshOptions { resolution, rule, density, intersections, seed, most, progress: Some(&mut tick), ..Default::default() };
+        let mut options = MeshOptions {
+            resolution,
+            rule,
+            density,
+            intersections,
+            seed,
+            most,
+            progress: Some(&mut tick),
+            ..Default::default()
+        };
         options.smoothing = smoothing.unwrap_or(options.smoothing);
         let result = core::mesh(surface, &Aabb::new(lo, hi), options);
         match watch.raised {
@@ -201,7 +211,10 @@ fn columns(py: Python<'_>, made: Meshed) -> PyResult<Bound<'_, PyDict>> {
     let Meshed { mesh, report: r } = made;
     let d = PyDict::new(py);
     d.set_item("report", report(py, &r)?)?;
-    d.set_item("component", r.topology.component.iter().map(|&c| i64::from(c as i32)).collect::<Vec<_>>().into_pyarray(py))?;
+    d.set_item(
+        "component",
+        r.topology.component.iter().map(|&c| i64::from(c as i32)).collect::<Vec<_>>().into_pyarray(py),
+    )?;
     d.set_item("points", arrays::from_rows(py, mesh.points)?)?;
     d.set_item("normals", arrays::from_rows(py, mesh.normals)?)?;
     d.set_item("curvatures", arrays::from_rows(py, mesh.curvatures)?)?;

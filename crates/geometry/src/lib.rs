@@ -25,7 +25,8 @@ mod points;
 pub use error::GeometryError;
 pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
 pub use mesh::{
-    FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule, Topology, mesh, mesh_samples,
+    FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution,
+    Rule, Topology, mesh, mesh_samples,
 };
 pub use picture::{
     Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,

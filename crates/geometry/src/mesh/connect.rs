@@ -294,7 +294,8 @@ impl Triangles {
                 g != NONE && g as usize > f && self.wants_flip(points, f, k)
             })
         };
-        let mut todo: Vec<u32> = (0..self.faces.len() as u32).into_par_iter().with_min_len(2048).filter(first).collect();
+        let mut todo: Vec<u32> =
+            (0..self.faces.len() as u32).into_par_iter().with_min_len(2048).filter(first).collect();
         let mut queued = vec![false; self.faces.len()];
         todo.iter().for_each(|&f| queued[f as usize] = true);
         for _ in 0..ROUNDS {

@@ -102,7 +102,8 @@ fn refine(
     let middle = |places: &mut Vec<(V3, V3, f64, u8)>, i: u32, j: u32| {
         let (i, j) = (i as usize, j as usize);
         let (p, q) = (vertices.points[i], vertices.points[j]);
-        let faces = if vertices.share_face(i as u32, j as u32) { vertices.faces[i] & vertices.faces[j] } else { 0 };
+        let faces =
+            if vertices.share_face(i as u32, j as u32) { vertices.faces[i] & vertices.faces[j] } else { 0 };
         let spacing = 0.5 * vertices.spacing[i].min(vertices.spacing[j]);
         places.push(([0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a]), vertices.normals[i], spacing, faces));
     };
@@ -116,7 +117,8 @@ fn refine(
     }
     for hole in holes {
         let k = 1.0 / hole.len() as f64;
-        let sum = hole.iter().fold([0.0; 3], |s, &v| [0, 1, 2].map(|a| s[a] + vertices.points[v as usize][a]));
+        let sum =
+            hole.iter().fold([0.0; 3], |s, &v| [0, 1, 2].map(|a| s[a] + vertices.points[v as usize][a]));
         let v = hole[0] as usize;
         places.push((scale(sum, k), vertices.normals[v], 0.5 * vertices.spacing[v], 0));
         for (n, &i) in hole.iter().enumerate() {

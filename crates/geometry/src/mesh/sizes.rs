@@ -97,7 +97,10 @@ pub(super) fn sample(
         },
     )?;
     out.evaluations = out.samples.report.evaluations;
-    out.samples = Samples { report: particles::Report { status: out.samples.report.status, ..second.report }, ..second };
+    out.samples = Samples {
+        report: particles::Report { status: out.samples.report.status, ..second.report },
+        ..second
+    };
     Ok(out)
 }
 
