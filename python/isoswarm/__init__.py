@@ -26,7 +26,7 @@ from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
 from isoswarm.patches import Parametric, ParametricSamples, parametric
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
-from isoswarm.rendering import render, turntable
+from isoswarm.rendering import Image, render, turntable
 from isoswarm.samples import Evenness, Report, Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
@@ -48,6 +48,7 @@ __all__ = [
     "Field",
     "FitResult",
     "Floaters",
+    "Image",
     "Measures",
     "Mesh",
     "MeshReport",

@@ -294,17 +294,17 @@ def mesh(
     spacing : float, optional
         Instead of `n`: mean distance between neighbours, in model units.
     error : float, optional
-        Instead of `n`: largest distance between triangles and surface, in model units. Triangles are as large as curvature
-        allows; the distance is measured, and they are refined where it is larger.
+        Instead of `n`: largest distance between triangles and surface, in model units. Triangles are as large as
+        curvature allows; the distance is measured, and they are refined where it is larger.
     bounds : pair of corners or float, optional
-        Where to look: ``(lo, hi)``, or b for the box from -b to b. By default ``field.bounds``. A surface that leaves the box
-        ends in a boundary on its faces.
+        Where to look: ``(lo, hi)``, or b for the box from -b to b. By default ``field.bounds``. A surface that
+        leaves the box ends in a boundary on its faces.
     density : callable or "curvature", optional
         Relative number of vertices per area, a batch function of position, (n, 3) to (n,), or by curvature. By default
         uniform, but denser where the surface bends within less than the spacing. Not with `error`.
     rule : {"delaunay", "circumsphere"}
-        ``"delaunay"`` is the one to use. ``"circumsphere"`` is that of Szeliski and Tonnesen (1992), to compare with; it need not
-        give a manifold.
+        ``"delaunay"`` is the one to use. ``"circumsphere"`` is that of Szeliski and Tonnesen (1992), to compare
+        with; it need not give a manifold.
     smoothing : int, optional
         Most rounds of smoothing; 0 leaves the vertices where the samples are.
     intersections : bool
@@ -321,8 +321,9 @@ def mesh(
     Returns
     -------
     Mesh
-        Its ``report`` says what was reached, and where the mesh is not guaranteed to be right. Empty, with an EmptySurfaceWarning, where there is
-        no surface in the bounds; with a SamplingWarning where the report is not sound.
+        Its ``report`` says what was reached, and where the mesh is not guaranteed to be right. Empty, with an
+        EmptySurfaceWarning, where there is no surface in the bounds; with a SamplingWarning where the report is not
+        sound.
 
     Examples
     --------

@@ -7,20 +7,22 @@ import os
 import warnings
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import as_bounds, as_floats, as_points
+from isoswarm._arrays import Floats, as_bounds, as_floats, as_points
+from isoswarm.drawing import PIN
 from isoswarm.errors import EmptySurfaceWarning
 from isoswarm.field import Field
+from isoswarm.meshing import mesh
 from isoswarm.samples import Samples
 from isoswarm.sampling import sample
 from isoswarm.scene import Scene
 
-__all__ = ["render", "turntable"]
+__all__ = ["Image", "render", "turntable"]
 
 Style = Literal["surface", "discs", "points", "mesh", "flat", "wireframe"]
 Coloring = Literal["uniform", "curvature", "height", "normal"]
@@ -31,17 +33,29 @@ Pixels = npt.NDArray[np.uint8]
 MESHES = {"mesh": "smooth", "flat": "flat", "wireframe": "wireframe"}
 
 
-@overload
-def render(
-    what: Any, path: str | os.PathLike[str] | None = ..., *, array: Literal[False] = ..., **options: Any
-) -> bytes: ...
-@overload
-def render(what: Any, path: str | os.PathLike[str] | None = ..., *, array: Literal[True], **options: Any) -> Pixels: ...
+class Image(bytes):
+    """A picture: the bytes of its PNG, which a notebook shows.
+
+    Attributes
+    ----------
+    array : ndarray, (height, width, 4), uint8
+        Its pixels from the top, sRGB with straight alpha.
+    certified : bool
+        Whether intervals prove that no part of a surface is missing.
+
+    """
+
+    array: Pixels
+    certified: bool
+
+    def _repr_png_(self) -> bytes:
+        return bytes(self)
+
+
 def render(
     what: Any,
     path: str | os.PathLike[str] | None = None,
     *,
-    array: bool = False,
     style: Style | None = None,
     coloring: Coloring = "uniform",
     values: Any = None,
@@ -65,11 +79,11 @@ def render(
     ambient_occlusion: float = 1.0,
     supersampling: int = 3,
     disc_scale: float | None = None,
-) -> bytes | Pixels:
+) -> Image:
     """Draw a field, a scene, samples, a mesh, or several of them in one picture.
 
-    A field is drawn by casting rays: intervals prove that no part of the surface is stepped over. What is drawn together hides and
-    shades each other; discs and balls that touch a surface are laid on it.
+    A field is drawn by casting rays: intervals prove that no part of the surface is stepped over. What is drawn
+    together hides and shades each other; discs and balls that touch a surface are laid on it.
 
     Parameters
     ----------
@@ -77,11 +91,9 @@ def render(
         A mesh is anything with ``points`` (or ``vertices``) and ``faces``.
     path : str or path, optional
         A ``.png`` to write, too.
-    array : bool
-        Return pixels instead of the PNG.
     style : {"surface", "discs", "points", "mesh", "flat", "wireframe"}
-        By default fields are surfaces, samples discs, meshes smooth. "discs" and "points" draw a field by ``n`` samples. "mesh",
-        "flat" and "wireframe" draw meshes smooth, flat or with the edges of their triangles.
+        By default fields are surfaces, samples discs, meshes smooth. "discs" and "points" draw a field by ``n``
+        samples. "mesh", "flat" and "wireframe" draw meshes smooth, flat or with the edges of their triangles.
     coloring : {"uniform", "curvature", "height", "normal"}
         What the colour says: curvature is mean curvature, warm where the surface bulges.
     values : Field or array_like, optional
@@ -91,13 +103,14 @@ def render(
     planes : (normal, offset) or a sequence of these
         Each keeps normal · x ≤ offset of fields and shows the cut.
     section : {"flat", "hatched", "distance", "slice"}
-        How cuts look: one tone; hatched; coloured by the distance to the surface with lines; the same outside the solid, too.
+        How cuts look: one tone; hatched; coloured by the distance to the surface with lines; the same outside the
+        solid, too.
     capped : bool
         Whether solids that the bounds cut are closed there.
     opacity : float
         Above 0, up to 1: of each layer of a field's surface.
     n : int
-        Samples of a field that is drawn as discs or points.
+        Samples of a field that is drawn as discs or points, vertices of one that is drawn as a mesh.
     width, height : int
         In pixels.
     azimuth, elevation : float
@@ -123,8 +136,8 @@ def render(
 
     Returns
     -------
-    bytes or ndarray, (height, width, 4), uint8
-        The PNG, or with ``array`` its pixels from the top, sRGB with straight alpha.
+    Image
+        The bytes of the PNG, with the pixels as ``array``.
 
     Warns
     -----
@@ -142,11 +155,11 @@ def render(
     --------
     >>> import isoswarm as iso
     >>> shape = iso.torus(major=1, minor=0.4)
-    >>> iso.render(shape, width=64, height=48, array=True).shape
+    >>> iso.render(shape, width=64, height=48).array.shape
     (48, 64, 4)
     >>> half = iso.render(shape, planes=((0, 1, 0), 0.0), section="distance", width=64, height=48)
-    >>> half[:4]
-    b'\\x89PNG'
+    >>> half[1:4]
+    b'PNG'
 
     """
     items = _items(what)
@@ -160,7 +173,7 @@ def render(
         if isinstance(field, Field):
             lo, hi = as_bounds(bounds) if bounds is not None else field.require_bounds()
             if style in MESHES:
-                meshes.append(_mesh(_meshed(field, (lo, hi)), style, values))
+                meshes.append(_mesh(mesh(field, n=n, bounds=(lo, hi)), style, values))
             elif style in ("discs", "points"):
                 clouds.append(sample(field, n=n, bounds=(lo, hi)))
             else:
@@ -211,7 +224,40 @@ def render(
         warnings.warn(message, UserWarning, stacklevel=2)
     if path is not None:
         _core.write_bytes(_png_path(path), png)
-    return pixels if array else png
+    image = Image(png)
+    image.array, image.certified = pixels, certified
+    return image
+
+
+def render_marked(field: Field, pins: Floats, pin_normals: Floats, *, frame: npt.ArrayLike, **options: Any) -> bytes:
+    """A PNG of a field by ray casting, with pins as red discs on it, inside a frame of points."""
+    corners = np.asarray(frame, dtype=np.float64)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    # What moves may be a little outside of where its particles have been.
+    lo, hi = field.bounds or (low - 0.1 * size, high + 0.1 * size)
+    solid = _core.Solid(
+        field._model, tuple(lo), tuple(hi), planes=[], capped=True, opacity=1.0, section="flat", values=None
+    )
+    cloud = None
+    if len(pins):
+        radii = np.full(len(pins), 0.02 * size)
+        cloud = _core.Cloud(pins, pin_normals, radii, colors=np.tile(PIN, (len(pins), 1)))
+    settings: dict[str, Any] = {
+        "up": (0.0, 0.0, 1.0),
+        "field_of_view": 0.5,
+        "projection": "perspective",
+        "style": "discs",
+        "coloring": "given" if len(pins) else "uniform",
+        "transparent": False,
+        "disc_scale": 1.0,
+        "supersampling": 2,
+        "ground": False,
+        "shadow": 0.8,
+        "ambient_occlusion": 1.0,
+        **options,
+    }
+    return _core.render(cloud, [solid], [], frame=as_points(corners, 3, "frame"), **settings)[0]
 
 
 def turntable(
@@ -248,7 +294,7 @@ def turntable(
         raise ValueError(f"frames: expected at least 1, given {frames}")
     items = _items(what)
     options = {"frame": _ball(items, options.get("bounds")), "ground": False, **options}
-    pictures = []
+    pictures: list[bytes] = []
     for k in range(frames):
         pictures.append(render(items, azimuth=azimuth + 2 * math.pi * k / frames, **options))
         if progress is not None:
@@ -302,12 +348,12 @@ def _cloud(clouds: list[Samples], values: Any) -> _core.Cloud | None:
     return _core.Cloud(one["points"], one["normals"], one["radii"], curvatures=one["curvatures"], colors=colors)
 
 
-def _mesh(mesh: Any, style: Style | None, values: Any) -> _core.Triangles:
-    points = as_points(mesh.points if hasattr(mesh, "points") else mesh.vertices, 3, "points")
-    faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
+def _mesh(given: Any, style: Style | None, values: Any) -> _core.Triangles:
+    points = as_points(given.points if hasattr(given, "points") else given.vertices, 3, "points")
+    faces = np.ascontiguousarray(given.faces, dtype=np.int64)
     columns = {}
     for name, width in (("normals", 3), ("curvatures", 2)):
-        column = getattr(mesh, name, None)
+        column = getattr(given, name, None)
         if column is not None and np.shape(column) == (len(points), width):
             columns[name] = np.ascontiguousarray(column, dtype=np.float64)
     colors = None
@@ -316,15 +362,6 @@ def _mesh(mesh: Any, style: Style | None, values: Any) -> _core.Triangles:
     elif values is not None:
         colors = _shades(values, len(points))
     return _core.Triangles(points, faces, MESHES.get(style or "mesh", "smooth"), colors=colors, **columns)
-
-
-def _meshed(field: Field, box: Any) -> Any:
-    import isoswarm
-
-    mesh = getattr(isoswarm, "mesh", None)
-    if mesh is None:
-        raise ValueError("style: a field cannot be drawn as a mesh here; pass a mesh instead")
-    return mesh(field, n=5000, bounds=box)
 
 
 def _ball(items: list[Any], bounds: Any) -> Any:

@@ -112,6 +112,7 @@ pub fn mesh_samples<'py>(
         areas: Vec::new(),
         curvatures: Vec::new(),
         component: Vec::new(),
+        creases: None,
         report: Report {
             status: if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) },
             components,

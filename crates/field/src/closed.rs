@@ -1,6 +1,8 @@
 //! Pieces of a tape that need nothing from outside: parameters and constants are inputs like the coordinates. One reverse
 //! sweep then gives the derivatives by just those parameters that occur in the piece.
 
+use rustc_hash::FxHashMap;
+
 use crate::MAX_AXES;
 use crate::op::Op;
 use crate::program::{Program, Purpose};
@@ -53,16 +55,20 @@ const NONE: u32 = u32::MAX;
 /// Makes pieces of one tape after the other; keeps its working memory.
 pub(crate) struct Closer<'a> {
     tape: &'a Tape,
-    /// Slot in the piece of each instruction, and of each uniform, of the tape.
+    /// Slot in the piece of each instruction of the tape, and of each uniform that is needed.
     slots: Vec<u32>,
-    uniforms: Vec<u32>,
+    uniforms: FxHashMap<u32, u32>,
     needed: Vec<u32>,
 }
 
 impl<'a> Closer<'a> {
     pub(crate) fn new(tape: &'a Tape) -> Self {
-        let count = tape.uniforms.list.len() + tape.own.len();
-        Self { tape, slots: vec![NONE; tape.instrs.len()], uniforms: vec![NONE; count], needed: Vec::new() }
+        Self {
+            tape,
+            slots: vec![NONE; tape.instrs.len()],
+            uniforms: FxHashMap::default(),
+            needed: Vec::new(),
+        }
     }
 
     /// The piece that computes the last of `instrs`, which are in order and hold what each of them needs, and `after` that.
@@ -81,7 +87,7 @@ impl<'a> Closer<'a> {
         let needed = std::mem::take(&mut self.needed);
         // Uniforms in their order, before everything else: sums of adjoints then are in the order of the whole tape.
         for &u in &needed {
-            self.uniforms[u as usize] = match self.tape.uniforms.list.get(u as usize) {
+            let slot = match self.tape.uniforms.list.get(u as usize) {
                 None => {
                     let c = self.tape.own[u as usize - self.tape.uniforms.list.len()];
                     source(&mut piece, Source::Const(c))
@@ -89,12 +95,13 @@ impl<'a> Closer<'a> {
                 Some(Uniform::Const(c)) => source(&mut piece, Source::Const(*c)),
                 Some(Uniform::Param(p)) => source(&mut piece, Source::Param(*p)),
                 Some(Uniform::Op(op, args)) => {
-                    let args = args.map(|a| self.uniforms[a as usize]);
+                    let args = args.map(|a| self.uniforms[&a]);
                     push(&mut piece, *op, args)
                 }
             };
+            self.uniforms.insert(u, slot);
         }
-        let mut last = uniform.map_or(NONE, |u| self.uniforms[u as usize]);
+        let mut last = uniform.map_or(NONE, |u| self.uniforms[&u]);
         for &i in instrs {
             let instr = self.tape.instrs[i as usize];
             last = match instr.code {
@@ -102,12 +109,12 @@ impl<'a> Closer<'a> {
                     piece.instrs.push(instr);
                     piece.instrs.len() as u32 - 1
                 }
-                Code::Uniform => self.uniforms[instr.args[0] as usize],
+                Code::Uniform => self.uniforms[&instr.args[0]],
                 Code::Op(op, mode) => {
                     let of = |k: usize| {
-                        let a = instr.args[k] as usize;
+                        let a = instr.args[k];
                         let uniform = matches!((mode, k), (Mode::SlotUniform, 1) | (Mode::UniformSlot, 0));
-                        if uniform { self.uniforms[a] } else { self.slots[a] }
+                        if uniform { self.uniforms[&a] } else { self.slots[a as usize] }
                     };
                     let args = [0, 1, 2].map(|k| if k < op.arity() { of(k) } else { of(0) });
                     push(&mut piece, op, args)
@@ -118,7 +125,7 @@ impl<'a> Closer<'a> {
         for step in after {
             last = match *step {
                 After::Neg => push(&mut piece, Op::Neg, [last; 3]),
-                After::By(op, u) => push(&mut piece, op, [last, self.uniforms[u as usize], last]),
+                After::By(op, u) => push(&mut piece, op, [last, self.uniforms[&u], last]),
             };
         }
         if last as usize + 1 != piece.instrs.len() {
@@ -127,9 +134,7 @@ impl<'a> Closer<'a> {
                 last = push(&mut piece, Op::Neg, [last; 3]);
             }
         }
-        for &u in &needed {
-            self.uniforms[u as usize] = NONE;
-        }
+        self.uniforms.clear();
         self.needed = needed;
         piece
     }
@@ -148,8 +153,7 @@ impl<'a> Closer<'a> {
         }
         open.extend(after.iter().filter_map(|a| if let After::By(_, u) = a { Some(*u) } else { None }));
         while let Some(u) = open.pop() {
-            if self.uniforms[u as usize] == NONE {
-                self.uniforms[u as usize] = 0;
+            if self.uniforms.insert(u, NONE).is_none() {
                 self.needed.push(u);
                 if let Some(Uniform::Op(op, args)) = self.tape.uniforms.list.get(u as usize) {
                     open.extend(&args[..op.arity()]);

@@ -49,7 +49,7 @@ impl SparseRows {
         self.columns.extend_from_slice(columns);
         let begin = self.values.len();
         self.values.extend_from_slice(values);
-        let rows = if count == 0 { 1 } else { values.len() / count };
+        let rows = values.len().checked_div(count).unwrap_or(1);
         self.rows.extend((0..rows).map(|i| Row { columns: first, values: begin + i * count, count }));
     }
 

@@ -122,7 +122,7 @@ fn a_torus_is_hit_where_the_quartic_says() {
             [e * e - 4.0 * pc, 2.0 * b * e - 4.0 * pb, b * b + 2.0 * a * e - 4.0 * pa, 2.0 * a * b, a * a];
         let roots = quartic(c);
         // Rays that nearly touch may be counted either way.
-        if roots.iter().any(|r| r.1 != 0.0 && r.1.abs() < 1e-4) {
+        if roots.iter().any(|r| (1e-9..1e-4).contains(&r.1.abs())) {
             continue;
         }
         let mut real: Vec<f64> = roots.iter().filter(|r| r.1.abs() < 1e-9).map(|r| t0 + r.0).collect();

@@ -13,6 +13,9 @@ use crate::repulsion::{CUTOFF, repulsion};
 use crate::swarm::{FREE, Swarm};
 use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
+/// Distance in σ down to which two floaters that approach each other may go unseen: a force of a hundredth of that between
+/// neighbours.
+const UNSEEN: f64 = 3.2;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
@@ -47,9 +50,8 @@ pub(crate) struct Pace {
     pub(crate) gain: f64,
     /// Part of the last displacement that is kept: the heavy ball.
     pub(crate) momentum: f64,
-    /// Lists of neighbours are drawn this many σ wider than repulsion reaches and serve until too many floaters have gone
-    /// that far. Two that approach each other from outside may meet at 4 - .8 σ unseen by then (with a skin of .8); a force
-    /// of a hundredth of that between neighbours.
+    /// Lists of neighbours are drawn this many σ wider than repulsion reaches, and serve until too many floaters have gone so
+    /// far that there may be two at less than [`UNSEEN`] that are not in them.
     pub(crate) skin: f64,
     /// Part of the floaters that may go farther than the lists allow for before they are drawn anew.
     pub(crate) stray: f64,
@@ -131,11 +133,9 @@ impl<'s> Relaxation<'s> {
         }
     }
 
-    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight. Not farther than the skin
-    /// where the lists see more: who outruns them goes unseen the longer.
+    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight.
     fn room(&self) -> f32 {
-        let sigma = self.pace.sigma / self.sight;
-        (1.0 - CUTOFF * sigma).min(self.pace.skin * sigma) as f32
+        (0.5 * (1.0 - UNSEEN * self.pace.sigma / self.sight)) as f32
     }
 
     /// Draws the lists of neighbours anew where motion demands it.

@@ -15,6 +15,8 @@ from isoswarm.cli import model as models
 from isoswarm.cli.outcome import errors, finish, print_json, reported
 from isoswarm.diagnosis import diagnose
 from isoswarm.field import Field
+from isoswarm.meshing import mesh_samples
+from isoswarm.rendering import MESHES, render
 from isoswarm.samples import Samples
 from isoswarm.sampling import Method, sample
 
@@ -149,7 +151,19 @@ def view_command(
         width, height = size_of(size)
         field = models.read(model, settings or [], water, axes)
         samples = _sampled(field, quiet, n=count, bounds=models.bounds(bounds), seed=seed, time_limit=time_limit)
-        if len(samples):
+        if len(samples) and style in MESHES:
+            render(
+                mesh_samples(samples, bounds=models.bounds(bounds)),
+                output,
+                style=style,  # type: ignore[arg-type]  # one of these, by the condition
+                coloring=coloring,  # type: ignore[arg-type]  # checked by the core
+                width=width,
+                height=height,
+                azimuth=azimuth * 0.017453292519943295,
+                elevation=elevation * 0.017453292519943295,
+                transparent=transparent,
+            )
+        elif len(samples):
             samples.picture(
                 output,
                 width=width,

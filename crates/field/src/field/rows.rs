@@ -14,8 +14,9 @@ use crate::{FieldError, SparseRows};
 
 /// Up to so many parameters all of ∂F/∂q is cheaper.
 const FEW: usize = 256;
-/// Most points that share a pruned tape.
-const LEAF: usize = 8;
+/// Most points that share a pruned tape. Pins are few and far from each other: what two of them need is far more than what each
+/// does.
+const LEAF: usize = 1;
 /// Points that one task handles.
 const CHUNK: usize = 16;
 /// Cells of the curve along which points are put in order, for each axis.

@@ -10,7 +10,7 @@ use super::crease::Segments;
 use super::repair::{open_places, stitch_whole};
 use super::report::MeshReport;
 use super::vertices::{Vertices, pull};
-use super::{Mesh, border, circumsphere, corners, error, sizes, smooth, valence};
+use super::{Mesh, border, circumsphere, corners, crease, error, sizes, smooth, valence};
 
 /// How fine a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,6 +166,7 @@ pub fn mesh_samples(
         }
     }
     report.creases = segments.edges(&vertices);
+    report.corners = crease::corners(samples.creases.as_ref(), &vertices);
     Ok(finish(surface, samples, options, vertices, triangles.faces, report)?)
 }
 

@@ -37,13 +37,7 @@ impl Segments {
 
     /// The segments as edges between vertices that there are.
     pub(super) fn edges(&self, vertices: &Vertices) -> Vec<[u32; 2]> {
-        let place: HashMap<u32, u32> = vertices
-            .crease
-            .iter()
-            .enumerate()
-            .filter(|(_, c)| **c != NONE)
-            .map(|(v, c)| (*c, v as u32))
-            .collect();
+        let place = places(vertices);
         self.pairs.iter().filter_map(|(a, b)| Some([*place.get(a)?, *place.get(b)?])).collect()
     }
 
@@ -61,6 +55,18 @@ impl Segments {
         let missing = self.edges(vertices).into_iter().filter(|&[a, b]| !work.join(a, b)).collect();
         (work.flips, missing)
     }
+}
+
+/// The vertices that are corners of creases.
+pub(super) fn corners(creases: Option<&Creases>, vertices: &Vertices) -> Vec<u32> {
+    let place = places(vertices);
+    creases.into_iter().flat_map(|c| &c.corners).filter_map(|c| place.get(c).copied()).collect()
+}
+
+/// The vertex of each point of a crease.
+fn places(vertices: &Vertices) -> HashMap<u32, u32> {
+    let on = vertices.crease.iter().enumerate().filter(|(_, c)| **c != NONE);
+    on.map(|(v, c)| (*c, v as u32)).collect()
 }
 
 struct Work<'a> {

@@ -20,6 +20,8 @@ pub struct MeshReport {
     pub max_distance: f64,
     /// Edges of the mesh that are creases of the surface: numbers of both ends.
     pub creases: Vec<[u32; 2]>,
+    /// Vertices that are corners or tips of the surface.
+    pub corners: Vec<u32>,
     /// Pairs of faces that pass through each other; empty where they were not looked for.
     pub self_intersections: Vec<[u32; 2]>,
     /// Triangles that closed holes where the stars of vertices did not agree.
@@ -134,7 +136,7 @@ impl MeshReport {
         if parts != known && !mesh.faces.is_empty() {
             self.warnings.push(format!("the mesh has {parts} components, the swarm {known}"));
         }
-        let bent = bent(mesh);
+        let bent = self.bent(mesh);
         if !bent.is_empty() {
             self.warnings.push(format!(
                 "the surface bends by more than 60 degrees within {} triangles, listed as doubtful: a crease, a singular point, or details finer \
@@ -150,12 +152,19 @@ impl MeshReport {
     }
 }
 
-/// Centres of triangles whose corners' normals are more than 60 degrees apart.
-fn bent(mesh: &Mesh) -> Vec<V3> {
-    let apart = |f: &[u32; 3]| {
-        let n = f.map(|v| mesh.normals[v as usize]);
-        (0..3).any(|k| dot(n[k], n[(k + 1) % 3]) < 0.5)
-    };
-    let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
-    centres(&mesh.points, &faces)
+impl MeshReport {
+    /// Centres of triangles whose corners' normals are more than 60 degrees apart; vertices on creases, which have more than one, do not
+    /// count.
+    fn bent(&self, mesh: &Mesh) -> Vec<V3> {
+        let mut edged = vec![false; mesh.points.len()];
+        self.creases.iter().flatten().chain(&self.corners).for_each(|&v| edged[v as usize] = true);
+        let apart = |f: &[u32; 3]| {
+            (0..3).any(|k| {
+                let (a, b) = (f[k] as usize, f[(k + 1) % 3] as usize);
+                !edged[a] && !edged[b] && dot(mesh.normals[a], mesh.normals[b]) < 0.5
+            })
+        };
+        let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
+        centres(&mesh.points, &faces)
+    }
 }

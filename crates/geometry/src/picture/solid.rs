@@ -60,7 +60,7 @@ pub struct Solid<'a> {
     pub opacity: f64,
     /// How cut faces are drawn.
     pub section: Section,
-    /// What the colouring `given` shows: its values on the surface, on a sequential map.
+    /// What the colouring `given` shows: its values on the surface, on a sequential map. `None`: the default colours.
     pub values: Option<&'a Field>,
 }
 

@@ -15,7 +15,7 @@ const SHORT: f64 = 1e-8;
 const TOGETHER: usize = 64;
 
 /// Most cuts of a small cell. What is open then is known by the signs at the ends of its parts only.
-const MOST: usize = 2048;
+const MOST: usize = 512;
 
 /// A part of a ray with one crossing at most.
 #[derive(Clone, Copy, Debug)]
