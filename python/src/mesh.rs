@@ -105,16 +105,37 @@ pub fn mesh_samples<'py>(
     smoothing: Option<usize>,
     intersections: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let samples = Samples {
-        points: arrays::points("points", &points)?,
-        normals: arrays::points("normals", &normals)?,
-        radii: arrays::column(&radii),
+    let status = if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) };
+    let samples = bare_samples(&points, &normals, &radii, components, status)?;
+    let rule = self::rule(rule)?;
+    let surface = model.get().field()?.as_ref();
+    let work = || {
+        let mut options = MeshOptions { rule, intersections, ..Default::default() };
+        options.smoothing = smoothing.unwrap_or(options.smoothing);
+        core::mesh_samples(surface, &Aabb::new(lo, hi), &samples, &options)
+    };
+    let made = py.detach(work).map_err(errors::particles)?;
+    columns(py, made)
+}
+
+/// Samples as far as the mesher looks at them.
+pub fn bare_samples(
+    points: &PyReadonlyArray2<'_, f64>,
+    normals: &PyReadonlyArray2<'_, f64>,
+    radii: &PyReadonlyArray1<'_, f64>,
+    components: usize,
+    status: Status,
+) -> PyResult<Samples> {
+    Ok(Samples {
+        points: arrays::points("points", points)?,
+        normals: arrays::points("normals", normals)?,
+        radii: arrays::column(radii),
         areas: Vec::new(),
         curvatures: Vec::new(),
         component: Vec::new(),
         creases: None,
         report: Report {
-            status: if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) },
+            status,
             components,
             certified: false,
             max_error: 0.0,
@@ -129,16 +150,7 @@ pub fn mesh_samples<'py>(
             deaths: 0,
             warnings: Vec::new(),
         },
-    };
-    let rule = self::rule(rule)?;
-    let surface = model.get().field()?.as_ref();
-    let work = || {
-        let mut options = MeshOptions { rule, intersections, ..Default::default() };
-        options.smoothing = smoothing.unwrap_or(options.smoothing);
-        core::mesh_samples(surface, &Aabb::new(lo, hi), &samples, &options)
-    };
-    let made = py.detach(work).map_err(errors::particles)?;
-    columns(py, made)
+    })
 }
 
 /// A mesh that follows a swarm.

@@ -17,7 +17,9 @@ fn wrap(name: &str) -> PyResult<Wrap> {
         "open" => Wrap::Open,
         "periodic" => Wrap::Periodic,
         "twisted" => Wrap::Twisted,
-        _ => return Err(PyValueError::new_err(format!("expected open, periodic or twisted, given {name:?}"))),
+        _ => {
+            return Err(PyValueError::new_err(format!("expected open, periodic or twisted, given {name:?}")));
+        }
     })
 }
 

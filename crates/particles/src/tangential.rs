@@ -22,7 +22,12 @@ pub struct Change {
 ///
 /// `gradient` is ∇F, `hessian` the second derivatives xx, xy, xz, yy, yz, zz. In directions in which the surface is flat the
 /// particle has no tangential velocity; where the gradient vanishes it rests.
-pub fn normal_keeping_velocity(gradient: [f64; 3], hessian: [f64; 6], change: Change, spin: [f64; 3]) -> [f64; 3] {
+pub fn normal_keeping_velocity(
+    gradient: [f64; 3],
+    hessian: [f64; 6],
+    change: Change,
+    spin: [f64; 3],
+) -> [f64; 3] {
     let length = norm(gradient);
     if !(length > 0.0 && length.is_finite() && change.value.is_finite()) {
         return [0.0; 3];
@@ -98,7 +103,10 @@ mod tests {
             let (_, g, h) = motion(0.0, x);
             let v = normal_keeping_velocity(g, h, change(&motion, x), spin);
             let (found, wanted) = (v, velocity(x));
-            assert!(distance(found, wanted) < 1e-8 * (1.0 + norm(wanted)), "{x:?}: {found:?}, not {wanted:?}");
+            assert!(
+                distance(found, wanted) < 1e-8 * (1.0 + norm(wanted)),
+                "{x:?}: {found:?}, not {wanted:?}"
+            );
         }
     }
 
@@ -136,7 +144,10 @@ mod tests {
             let c = change(motion, x);
             let v = normal_keeping_velocity(g, h, c, [0.0; 3]);
             assert!((dot(g, v) + c.value).abs() < 1e-12);
-            let turned = add([dot([h[0], h[1], h[2]], v), dot([h[1], h[3], h[4]], v), dot([h[2], h[4], h[5]], v)], c.gradient);
+            let turned = add(
+                [dot([h[0], h[1], h[2]], v), dot([h[1], h[3], h[4]], v), dot([h[2], h[4], h[5]], v)],
+                c.gradient,
+            );
             assert!(norm(cross(turned, g)) < 1e-9 * dot(g, g));
         }
     }
@@ -144,7 +155,12 @@ mod tests {
     #[test]
     fn flat_directions_have_no_motion() {
         // A plane that moves along its normal, and a cylinder x² + y² = 1 that moves along its axis and across.
-        let v = normal_keeping_velocity([0.0, 0.0, 2.0], [0.0; 6], Change { value: -3.0, gradient: [0.0; 3] }, [0.0; 3]);
+        let v = normal_keeping_velocity(
+            [0.0, 0.0, 2.0],
+            [0.0; 6],
+            Change { value: -3.0, gradient: [0.0; 3] },
+            [0.0; 3],
+        );
         assert!(distance(v, [0.0, 0.0, 1.5]) < 1e-15);
         let change = Change { value: -2.0, gradient: [-2.0, 0.0, 0.0] };
         let v = normal_keeping_velocity([2.0, 0.0, 0.0], [2.0, 0.0, 0.0, 2.0, 0.0, 0.0], change, [0.0; 3]);

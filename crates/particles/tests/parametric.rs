@@ -31,7 +31,11 @@ fn a_torus_is_even() {
     let s = patch.sample(Amount::Count(2000), 1, 10_000).unwrap();
     assert_eq!((s.points.len(), s.uv.len(), s.normals.len()), (2000, 2000, 2000));
     assert!((s.area / (1.6 * PI * PI) - 1.0).abs() < 1e-12, "{}", s.area);
-    assert!(s.settled && s.evenness.rho_avg > 0.92 && s.evenness.rho_min > 0.6 && s.evenness.cv < 0.07, "{:?}", s.evenness);
+    assert!(
+        s.settled && s.evenness.rho_avg > 0.92 && s.evenness.rho_min > 0.6 && s.evenness.cv < 0.07,
+        "{:?}",
+        s.evenness
+    );
     for ((p, uv), n) in s.points.iter().zip(&s.uv).zip(&s.normals) {
         assert!(((p[0].hypot(p[1]) - 1.0).hypot(p[2]) - 0.4).abs() < 1e-14);
         assert!(uv.iter().all(|v| (0.0..=TAU).contains(v)));
@@ -47,7 +51,11 @@ fn a_sphere_has_its_poles_and_no_crowd_there() {
     let patch = Patch::new(&sphere, domain).unwrap();
     assert_eq!(patch.poles(), [[false; 2], [true; 2]]);
     let s = patch.sample(Amount::Count(1500), 0, 10_000).unwrap();
-    assert!(s.evenness.rho_avg > 0.92 && s.evenness.rho_min > 0.6 && s.evenness.coverage < 0.85, "{:?}", s.evenness);
+    assert!(
+        s.evenness.rho_avg > 0.92 && s.evenness.rho_min > 0.6 && s.evenness.coverage < 0.85,
+        "{:?}",
+        s.evenness
+    );
     assert_eq!((s.points[0][2], s.points[1][2]), (-1.0, 1.0));
     assert!((s.normals[0][2].abs() - 1.0).abs() < 1e-6 && s.normals[0][2] * s.normals[1][2] < 0.0);
     // As many near the poles as by area: caps of height .1 hold a twentieth each.
@@ -71,7 +79,12 @@ fn a_moebius_strip_has_one_side_and_one_edge() {
         .enumerate()
         .map(|(i, p)| {
             let d = |q: &[f64; 3]| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>().sqrt();
-            s.points.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, q)| d(q)).fold(f64::INFINITY, f64::min)
+            s.points
+                .iter()
+                .enumerate()
+                .filter(|(j, _)| *j != i)
+                .map(|(_, q)| d(q))
+                .fold(f64::INFINITY, f64::min)
         })
         .collect();
     let mean = near.iter().sum::<f64>() / 1200.0;
@@ -106,7 +119,11 @@ fn bad_input_is_refused() {
     assert!(patch.sample(Amount::Count(101), 0, 100).is_err());
     assert!(patch.sample(Amount::Spacing(f64::NAN), 0, 100).is_err());
     let point = self::field(["1 + 0*x", "y*0", "x*0 + 2"]);
-    assert!(Patch::new(&point, square([Wrap::Open; 2])).and_then(|p| p.sample(Amount::Count(50), 0, 100)).is_err());
+    assert!(
+        Patch::new(&point, square([Wrap::Open; 2]))
+            .and_then(|p| p.sample(Amount::Count(50), 0, 100))
+            .is_err()
+    );
     let scalar = Field::new(&text::parse("x + y + z", &[]).unwrap()).unwrap();
     assert!(Patch::new(&scalar, square([Wrap::Open; 2])).unwrap_err().to_string().contains("components"));
     let nan = self::field(["1/x", "y", "sqrt(x - 1)"]);

@@ -110,7 +110,9 @@ impl MeshReport {
     /// Compares the mesh with what is proven of the surface; a difference becomes a warning.
     pub fn certify(&mut self, certificate: &Certificate) {
         self.certified = certificate.agrees(&self.topology);
-        self.warnings.extend(certificate.difference(&self.topology).map(|d| format!("wrong topology, as is proven: {d}")));
+        self.warnings.extend(
+            certificate.difference(&self.topology).map(|d| format!("wrong topology, as is proven: {d}")),
+        );
     }
 }
 

@@ -41,12 +41,9 @@ pub fn mesh_patch(patch: &Patch<'_>, samples: &PatchSamples) -> Result<Mesh, Err
     // So that a unit in the plane is about as long along both parameters.
     let scale = scales(patch, samples)?;
     let places = unrolled(patch, &samples.uv, scale);
-    let plane: DelaunayTriangulation<Place> =
-        Triangulation::bulk_load(places).map_err(|e| Error::Option {
-            name: "uv",
-            expected: "finite parameters".into(),
-            given: e.to_string(),
-        })?;
+    let plane: DelaunayTriangulation<Place> = Triangulation::bulk_load(places).map_err(|e| {
+        Error::Option { name: "uv", expected: "finite parameters".into(), given: e.to_string() }
+    })?;
     let mut faces = Vec::new();
     for face in plane.inner_faces() {
         let corners = face.vertices();
@@ -57,9 +54,8 @@ pub fn mesh_patch(patch: &Patch<'_>, samples: &PatchSamples) -> Result<Mesh, Err
             };
             (of(0) + of(1) + of(2)) / (3.0 * scale[a])
         });
-        let own = (0..2).all(|a| {
-            domain.wrap[a] == Wrap::Open || (centre[a] >= domain.lo[a] && centre[a] < domain.hi[a])
-        });
+        let own = (0..2)
+            .all(|a| domain.wrap[a] == Wrap::Open || (centre[a] >= domain.lo[a] && centre[a] < domain.hi[a]));
         let [a, b, c] = corners.map(|v| v.data().sample);
         if own && a != b && b != c && c != a {
             faces.push([a, b, c]);
@@ -132,9 +128,7 @@ fn place(q: [f64; 2], scale: [f64; 2], sample: usize) -> Place {
 /// The axis at whose end the pole lies that a sample is at.
 fn pole(patch: &Patch<'_>, p: [f64; 2]) -> Option<usize> {
     let (domain, poles) = (patch.domain(), patch.poles());
-    (0..2).find(|&a| {
-        (poles[a][0] && p[a] == domain.lo[a]) || (poles[a][1] && p[a] == domain.hi[a])
-    })
+    (0..2).find(|&a| (poles[a][0] && p[a] == domain.lo[a]) || (poles[a][1] && p[a] == domain.hi[a]))
 }
 
 /// Calls `each` with the place and its copies beyond edges that hang together.
@@ -152,7 +146,8 @@ fn copies(domain: &Domain, p: [f64; 2], mut each: impl FnMut([f64; 2])) {
             }
             let near = (0..2).all(|a| {
                 let margin = BEYOND * domain.length(a);
-                domain.wrap[a] == Wrap::Open || (q[a] >= domain.lo[a] - margin && q[a] < domain.hi[a] + margin)
+                domain.wrap[a] == Wrap::Open
+                    || (q[a] >= domain.lo[a] - margin && q[a] < domain.hi[a] + margin)
             });
             if near {
                 each(q);

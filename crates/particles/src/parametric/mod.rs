@@ -67,7 +67,9 @@ impl<'a> Patch<'a> {
     /// # Errors
     /// Another field; ranges that are not finite or empty; edges that are said to be one and are not.
     pub fn new(field: &'a Field, domain: Domain) -> Result<Self, Error> {
-        let wrong = |name, expected: &str, given: String| Err(Error::Option { name, expected: expected.into(), given });
+        let wrong = |name, expected: &str, given: String| {
+            Err(Error::Option { name, expected: expected.into(), given })
+        };
         if field.components() != 3 || field.axes() != 2 {
             let given = format!("{} components in {} axes", field.components(), field.axes());
             return wrong("field", "the coordinates x, y and z as functions of u and v", given);
@@ -79,11 +81,16 @@ impl<'a> Patch<'a> {
             }
         }
         let mut patch = Self { field, domain, poles: Poles::default(), size: 0.0 };
-        let lattice: Vec<[f64; 2]> =
-            (0..ALONG * ALONG).map(|k| patch.at([k % ALONG, k / ALONG].map(|i| i as f64 / (ALONG - 1) as f64))).collect();
+        let lattice: Vec<[f64; 2]> = (0..ALONG * ALONG)
+            .map(|k| patch.at([k % ALONG, k / ALONG].map(|i| i as f64 / (ALONG - 1) as f64)))
+            .collect();
         let x = patch.look(&lattice)?.x;
         if let Some(k) = x.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
-            return wrong("x(u, v)", "finite numbers all over the domain", format!("{:?} at {:?}", x[k], lattice[k]));
+            return wrong(
+                "x(u, v)",
+                "finite numbers all over the domain",
+                format!("{:?} at {:?}", x[k], lattice[k]),
+            );
         }
         let bounds = isoswarm_field::Aabb::around(&x);
         patch.size = bounds.map_or(0.0, |b| b.diagonal());
@@ -97,7 +104,8 @@ impl<'a> Patch<'a> {
                 let spread = edge.iter().map(|p| distance(*p, edge[0])).fold(0.0, f64::max);
                 patch.poles[a][end] = domain.wrap[a] == Wrap::Open && spread < POLE * patch.size;
             }
-            let other = |j: usize| if domain.wrap[a] == Wrap::Twisted { last[ALONG - 1 - j] } else { last[j] };
+            let other =
+                |j: usize| if domain.wrap[a] == Wrap::Twisted { last[ALONG - 1 - j] } else { last[j] };
             let gap = (0..ALONG).map(|j| distance(first[j], other(j))).fold(0.0, f64::max);
             if domain.wrap[a] != Wrap::Open && gap > POLE * patch.size {
                 let given = format!("edges up to {gap:.3e} apart at the ends of {}", ["u", "v"][a]);
@@ -182,7 +190,9 @@ impl<'a> Patch<'a> {
     pub fn sample(&self, amount: Amount, seed: u64, most: usize) -> Result<PatchSamples, Error> {
         let cells = self.cells()?;
         let area: f64 = cells.iter().sum();
-        let wrong = |name, expected: &str, given: String| Err(Error::Option { name, expected: expected.into(), given });
+        let wrong = |name, expected: &str, given: String| {
+            Err(Error::Option { name, expected: expected.into(), given })
+        };
         if !(area > 0.0 && area.is_finite()) {
             return wrong("x(u, v)", "a surface with an area above 0", format!("{area}"));
         }

@@ -11,7 +11,8 @@ use crate::vector::{V3, add, cross, distance, dot, norm, scale, sub, tangential,
 
 /// Radius of repulsion in square roots of a floater's share, gain, momentum and steps of each phase: from random places,
 /// then with longer steps, then among nearest neighbours only.
-const PHASES: [(f64, f64, f64, usize); 3] = [(0.45, 0.72, 0.9, 60), (0.42, 2.5, 0.8, 80), (0.31, 5.0, 0.7, 16)];
+const PHASES: [(f64, f64, f64, usize); 3] =
+    [(0.45, 0.72, 0.9, 60), (0.42, 2.5, 0.8, 80), (0.31, 5.0, 0.7, 16)];
 /// Repulsion ends at so many radii; lists are drawn this much wider and serve for a few steps.
 const CUTOFF: f64 = 4.0;
 const SKIN: f64 = 0.8;
