@@ -178,6 +178,7 @@ def sample(
     hi: Corner,
     method: str,
     density: Callable[[Floats, Sequence[float]], Floats] | str | None,
+    creases: bool,
     seed: int,
     start: Floats | None,
     most: int,
@@ -195,6 +196,7 @@ def mesh(
     hi: Corner,
     rule: str,
     density: Callable[[Floats, Sequence[float]], Floats] | str | None,
+    creases: bool,
     smoothing: int | None,
     intersections: bool,
     seed: int,
@@ -207,6 +209,7 @@ def mesh_samples(
     points: Floats,
     normals: Floats,
     radii: Floats,
+    creases: Creases | None,
     *,
     components: int,
     unmet: str,
@@ -216,6 +219,13 @@ def mesh_samples(
     smoothing: int | None,
     intersections: bool,
 ) -> dict[str, Any]: ...
+
+class Creases:
+    points: Floats
+    corners: npt.NDArray[np.int64]
+    certified: bool
+    warnings: list[str]
+    def edges(self) -> list[tuple[npt.NDArray[np.int64], bool, float]]: ...
 
 class LiveMesh:
     def __new__(cls, lo: Corner, hi: Corner) -> LiveMesh: ...
@@ -238,3 +248,30 @@ def save_mesh(
 def write_bytes(path: Path, content: bytes) -> None: ...
 def measure(points: Floats, normals: Floats, bounds: tuple[Corner, ...] | None, axes: int) -> dict[str, float]: ...
 def project(model: Model, points: Floats, size: float) -> tuple[Floats, Floats]: ...
+def measures(
+    model: Model,
+    *,
+    n: int | None,
+    spacing: float | None,
+    samples: tuple[Floats, Floats, Floats, int] | None,
+    lo: Corner,
+    hi: Corner,
+    seed: int,
+    tolerance: float,
+    most: int,
+    curvature: bool,
+    integrands: list[Callable[[Floats], Floats]],
+) -> dict[str, Any]: ...
+def certify(model: Model, *, lo: Corner, hi: Corner, boxes: int) -> dict[str, Any]: ...
+def patch(
+    model: Model,
+    *,
+    lo: tuple[float, float],
+    hi: tuple[float, float],
+    wraps: tuple[str, ...],
+    n: int | None,
+    spacing: float | None,
+    seed: int,
+    most: int,
+    faces: bool,
+) -> dict[str, Any]: ...

@@ -1,10 +1,14 @@
 //! `isoswarm._core`: the Rust core as Python sees it. Glue only; one file for each core crate, and what they share.
 mod arrays;
 mod callback;
+mod certify;
+mod creases;
 mod errors;
 mod field;
 mod geometry;
+mod measure;
 mod mesh;
+mod parametric;
 mod particles;
 mod render;
 mod scene;
@@ -18,11 +22,19 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::certify::certify;
+    #[pymodule_export]
+    use crate::creases::Creases;
+    #[pymodule_export]
     use crate::field::{Model, kinds};
     #[pymodule_export]
     use crate::geometry::{Cloud, animate, save_mesh, write_bytes};
     #[pymodule_export]
+    use crate::measure::measures;
+    #[pymodule_export]
     use crate::mesh::{LiveMesh, mesh, mesh_samples, triangle_quality};
+    #[pymodule_export]
+    use crate::parametric::patch;
     #[pymodule_export]
     use crate::particles::{measure, project, sample};
     #[pymodule_export]

@@ -153,7 +153,7 @@ impl Pieces<'_> {
                 return same();
             }
             // One that is hardly shorter is not worth its memory.
-            if scratch.kept(lane) * 10 >= tape.len() * 9 {
+            if scratch.kept(lane).len() * 10 >= tape.len() * 9 {
                 return same();
             }
             Piece(Kind::Tape(Arc::new(tape.pruned(spans, lane, scratch))))

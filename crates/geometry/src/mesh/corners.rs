@@ -27,7 +27,9 @@ pub(super) fn place(
     let before = vertices.len();
     let points = vertices.points.clone();
     let spacings = vertices.spacing.clone();
-    vertices.retain(|i| found.iter().all(|(c, _)| distance(points[i], *c) > NEAR * spacings[i]));
+    let on_crease: Vec<bool> = (0..before).map(|i| vertices.on_crease(i)).collect();
+    vertices
+        .retain(|i| on_crease[i] || found.iter().all(|(c, _)| distance(points[i], *c) > NEAR * spacings[i]));
     let gone = before - vertices.len();
     let (mut value, mut gradient) = (vec![0.0; found.len()], vec![[0.0; 3]; found.len()]);
     let places: Vec<V3> = found.iter().map(|f| f.0).collect();

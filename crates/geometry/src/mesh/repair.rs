@@ -7,7 +7,6 @@ use isoswarm_particles::Grid;
 use super::connect::{NONE, Triangles};
 use super::stitch::{Stitched, stitch};
 use super::vertices::{Vertices, pull};
-use super::{Fault, Topology};
 
 /// Most rounds: each halves the spacing around what is open.
 const ROUNDS: usize = 6;
@@ -16,6 +15,9 @@ const PER_VERTEX: f64 = 1.0;
 const BESIDES: f64 = 1000.0;
 /// A new vertex keeps this distance from others, in spacings.
 const APART: f64 = 0.45;
+
+/// Rounds without progress that end the repair.
+const PATIENCE: usize = 2;
 
 /// What became of the repair.
 #[derive(Default)]
@@ -37,19 +39,30 @@ pub(super) fn stitch_whole(
 ) -> Result<Repaired, FieldError> {
     let first = vertices.len();
     let most = (first as f64 * PER_VERTEX + BESIDES) as usize;
-    let mut round = 0;
-    loop {
+    let mut best: Option<(Vertices, Repaired)> = None;
+    let mut idle = 0;
+    for round in 0..=ROUNDS {
         let Stitched { faces, holes, left_out, filled } =
             stitch(&vertices.points, &vertices.normals, bounds, &vertices.reach());
         let triangles = Triangles::new(faces);
         let open = open_places(vertices, &triangles, &left_out);
         let inserted = vertices.len() - first;
-        if open.is_empty() || round == ROUNDS || inserted >= most {
-            return Ok(Repaired { triangles, filled, inserted, open, left_out });
+        let done = open.is_empty() || round == ROUNDS || inserted >= most;
+        let better = best.as_ref().is_none_or(|b| open.len() < b.1.open.len());
+        idle = if better { 0 } else { idle + 1 };
+        let more = if done || idle == PATIENCE { None } else { Some((triangles.clone(), open.clone())) };
+        if better {
+            best = Some((vertices.clone(), Repaired { triangles, filled, inserted, open, left_out }));
         }
-        let came = refine(surface, bounds, vertices, &triangles, &holes, &open)?;
-        round = if came == 0 { ROUNDS } else { round + 1 };
+        let Some((triangles, open)) = more else { break };
+        if refine(surface, bounds, vertices, &triangles, &holes, &open)? == 0 {
+            break;
+        }
     }
+    // Where more vertices did not help, those that were there stay as they were.
+    let (kept, repaired) = best.unwrap_or_default();
+    *vertices = kept;
+    Ok(repaired)
 }
 
 /// Vertices at edges with one face that are not on the bounds, at points where the surface touches itself, and without a face.
@@ -63,14 +76,7 @@ pub(super) fn open_places(vertices: &Vertices, triangles: &Triangles, left_out: 
             }
         }
     }
-    if out.is_empty() {
-        // Only where edges are in order do fans say something.
-        let topology = Topology::of(vertices.len(), &triangles.faces);
-        out.extend(topology.faults.iter().filter_map(|f| match f {
-            Fault::Vertex { vertex } | Fault::Isolated { vertex } => Some(*vertex),
-            _ => None,
-        }));
-    }
+    out.extend(triangles.pinched(vertices.len()));
     out.sort_unstable();
     out.dedup();
     out

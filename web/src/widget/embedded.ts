@@ -1,0 +1,57 @@
+/** The Studio's side where it is part of another page, such as a notebook: it takes scenes from there and tells what has changed. */
+import type { Client } from '../client/exports.js';
+import type { FromStudio, Shared, SharedPin, ToStudio } from './messages.js';
+
+/** Whether this page is part of another one that said so (`#embedded`). */
+export function isEmbedded(): boolean {
+  return window.parent !== window && (location.hash === '#embedded' || document.documentElement.dataset.embedded === 'true');
+}
+
+/**
+ * Connects the client to the page around it. Resolves when a scene has come from there and is open.
+ * Scenes go through `open`, so that the page can do what it does for each new scene.
+ */
+export function embed(client: Client, open: (text: string) => Promise<unknown>): Promise<void> {
+  const send = (message: FromStudio) => window.parent.postMessage(message, '*');
+  let last = '';
+  /** What came from outside is not told back. */
+  const tell = async (silently: boolean) => {
+    const shared = await sharedOf(client);
+    const text = JSON.stringify(shared);
+    if (text === last) return;
+    last = text;
+    if (!silently) send({ type: 'isoswarm-changed', ...shared });
+  };
+  return new Promise((resolve, reject) => {
+    window.addEventListener('message', event => {
+      if (event.source !== window.parent) return;
+      const message = event.data as ToStudio;
+      const done = take(client, message, open);
+      done?.then(() => tell(true)).then(resolve, reject);
+    });
+    client.on('saved', () => void tell(false).catch(() => undefined));
+    send({ type: 'isoswarm-ready' });
+  });
+}
+
+function take(client: Client, message: ToStudio, open: (text: string) => Promise<unknown>): Promise<unknown> | null {
+  switch (message?.type) {
+    case 'isoswarm-open':
+      return open(message.document);
+    case 'isoswarm-assign':
+      return client.apply({
+        do: 'assign',
+        values: message.values,
+        pins: message.pins.map(pin => ({ pin: pin.id, to: pin.at })),
+      });
+    default:
+      return null;
+  }
+}
+
+async function sharedOf(client: Client): Promise<Shared> {
+  const state = await client.state();
+  const pins: SharedPin[] = state.pins.map(({ id, name, at }) => ({ id, name, at }));
+  const values = Object.fromEntries(state.parameters.filter(p => !p.discrete).map(p => [p.path, p.value]));
+  return { document: client.saved?.scene ?? '', values, pins };
+}

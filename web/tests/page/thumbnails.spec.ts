@@ -1,0 +1,38 @@
+/** Draws the gallery's thumbnails: `THUMBNAILS=1 npx playwright test thumbnails`, then build again. */
+import { writeFileSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
+import { expect, fromGallery, test } from './studio.ts';
+
+const folder = fileURLToPath(new URL('../../src/app/gallery/', import.meta.url));
+
+test('thumbnails', async ({ studio }) => {
+  test.skip(!process.env.THUMBNAILS, 'only when they are to be drawn anew');
+  test.setTimeout(600_000);
+  await studio.setViewportSize({ width: 1200, height: 900 });
+  await studio.keyboard.press('g');
+  const cards = await studio.locator('.card').evaluateAll(all => all.map(c => ({ id: c.getAttribute('data-scene')!, title: c.querySelector('strong')!.textContent! })));
+  await studio.keyboard.press('Escape');
+  await studio.keyboard.press('\\');
+  await studio.addStyleTag({
+    content: 'html, body, .stage { background: transparent !important } .studio > :not(main), main > :not(canvas), .overlay { visibility: hidden !important }',
+  });
+  for (const { id, title } of cards) {
+    await fromGallery(studio, title);
+    await studio.waitForTimeout(4000);
+    await studio.keyboard.press('f');
+    await studio.waitForTimeout(1500);
+    const png = (await studio.screenshot({ omitBackground: true })).toString('base64');
+    const webp = await studio.evaluate(async data => {
+      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());
+      const canvas = new OffscreenCanvas(352, 264);
+      const context = canvas.getContext('2d')!;
+      context.imageSmoothingQuality = 'high';
+      context.drawImage(image, 0, 0, 352, 264);
+      const blob = await canvas.convertToBlob({ type: 'image/webp', quality: 0.82 });
+      return btoa(String.fromCharCode(...new Uint8Array(await blob.arrayBuffer())));
+    }, png);
+    const bytes = Buffer.from(webp, 'base64');
+    expect(bytes.length).toBeGreaterThan(600);
+    writeFileSync(`${folder}${id}.webp`, bytes);
+  }
+});
