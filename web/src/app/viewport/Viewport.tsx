@@ -132,7 +132,7 @@ function Trouble({ lost }: { lost: boolean }) {
 async function click(x: number, y: number): Promise<void> {
   const on = stage.value;
   if (!on || !scene.value || tool.value !== 'pin') return;
-  const ray = on.ray(x, y);
+  const ray = on.eye.ray(x, y);
   const [nx, ny, nz, offset] = on.cut(section.value);
   if (section.value.on) {
     // Only what is shown can be clicked: the ray begins where it comes out of what is cut away.
