@@ -57,6 +57,7 @@ export function Viewport() {
         fitted.current = key;
         made.fit(scene.value?.axes === 2 ? [0, -0.001, 1] : [2.2, -3, 1.7]);
       }),
+      effect(() => made.setMoving(alive.value)),
       liveMesh(made),
     ];
     return () => {

@@ -13,7 +13,7 @@ import { SurfaceMesh } from './surface.ts';
 /** Milliseconds without a change after which the picture is refined. */
 const REST = 220;
 /** Most pixels of a refined picture. */
-const MOST_PIXELS = 9e6;
+const MOST_PIXELS = 6e6;
 
 /** Whether pixels are made by the processor: then they are counted. */
 function isSoftware(gl: WebGL2RenderingContext): boolean {
@@ -37,6 +37,7 @@ export class Stage {
   private pending = 0;
   private rest = 0;
   private refined = false;
+  private moving = false;
   /** Whether the surface has no edge at the box, and whether it is cut open. */
   private closed = true;
   private cutting = false;
@@ -60,10 +61,20 @@ export class Stage {
 
   /** Draws at the next chance, once. */
   readonly request = (): void => {
-    clearTimeout(this.rest);
-    this.rest = window.setTimeout(this.refine, REST);
+    this.refineSoon();
     this.schedule(false);
   };
+
+  /** Whether the surface moves: then nothing is refined. */
+  setMoving(moving: boolean): void {
+    this.moving = moving;
+    this.refineSoon();
+  }
+
+  private refineSoon(): void {
+    clearTimeout(this.rest);
+    if (!this.moving) this.rest = window.setTimeout(() => this.schedule(true), REST);
+  }
 
   private schedule(refined: boolean): void {
     if (this.pending) return;
@@ -72,8 +83,6 @@ export class Stage {
       this.draw(refined);
     });
   }
-
-  private readonly refine = (): void => this.schedule(true);
 
   private draw(refined: boolean): void {
     if (this.renderer.getContext().isContextLost()) return;
