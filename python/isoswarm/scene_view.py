@@ -62,9 +62,9 @@ class SceneView:
     def mesh(self) -> Mesh:
         """The floaters as they are now, joined by triangles; row by row those of ``floaters``, with the same ids.
 
-        From call to call the mesh follows the floaters: edges are flipped, floaters that have died or been born are taken out and
-        put in, and only where the topology has changed is everything joined anew. Its report leaves out what costs time: the distance from the
-        surface, curvatures, self-intersections.
+        From call to call the mesh follows the floaters: edges are flipped, floaters that have died or been born are
+        taken out and put in, and only where the topology has changed is everything joined anew. Its report leaves out
+        what costs time: the distance from the surface, curvatures, self-intersections.
 
         Examples
         --------
@@ -75,7 +75,7 @@ class SceneView:
 
         """
         began = time.perf_counter()
-        lo, hi = self._inner.bounds()
+        lo, hi = self._inner.bounds
         if self._live is None or self._live[0] != (lo, hi):
             self._live = ((lo, hi), _core.LiveMesh(lo, hi))
         points, normals, _, ids = self._inner.floaters()

@@ -1,7 +1,9 @@
 //! isoswarm-geometry for Python: meshes of surfaces.
 use isoswarm_field::Aabb;
-use isoswarm_geometry::{self as core, FaceQuality, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule};
-use isoswarm_particles::{Density, Evenness, Progress, Report, Samples, Status};
+use isoswarm_geometry::{
+    self as core, FaceQuality, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule,
+};
+use isoswarm_particles::{Density, Progress, Report, Samples, Status};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -9,6 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::callback;
+use crate::creases::Creases;
 use crate::errors;
 use crate::field::Model;
 use crate::watch::Watch;
@@ -25,7 +28,7 @@ fn rule(name: &str) -> PyResult<Rule> {
 /// Meshes a surface with the interpreter released; columns and report as a dictionary. Exactly one of `n`, `spacing` and `error`
 /// is given.
 #[pyfunction]
-#[pyo3(signature = (model, *, n, spacing, error, lo, hi, rule, density, smoothing, intersections, seed, most, time_limit,
+#[pyo3(signature = (model, *, n, spacing, error, lo, hi, rule, density, creases, smoothing, intersections, seed, most, time_limit,
     progress))]
 pub fn mesh<'py>(
     py: Python<'py>,
@@ -37,6 +40,7 @@ pub fn mesh<'py>(
     hi: [f64; 3],
     rule: &str,
     density: Option<Bound<'py, PyAny>>,
+    creases: bool,
     smoothing: Option<usize>,
     intersections: bool,
     seed: u64,
@@ -66,8 +70,17 @@ pub fn mesh<'py>(
             (None, true) => Density::Curvature,
             (None, false) => Density::Uniform,
         };
-        let mut options =
-            MeshOptions { resolution, rule, density, intersections, seed, most, progress: Some(&mut tick), ..Default::default() };
+        let mut options = MeshOptions {
+            resolution,
+            rule,
+            density,
+            creases,
+            intersections,
+            seed,
+            most,
+            progress: Some(&mut tick),
+            ..Default::default()
+        };
         options.smoothing = smoothing.unwrap_or(options.smoothing);
         let result = core::mesh(surface, &Aabb::new(lo, hi), options);
         match watch.raised {
@@ -80,13 +93,14 @@ pub fn mesh<'py>(
 
 /// Meshes samples.
 #[pyfunction]
-#[pyo3(signature = (model, points, normals, radii, *, components, unmet, lo, hi, rule, smoothing, intersections))]
+#[pyo3(signature = (model, points, normals, radii, creases, *, components, unmet, lo, hi, rule, smoothing, intersections))]
 pub fn mesh_samples<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
     points: PyReadonlyArray2<'py, f64>,
     normals: PyReadonlyArray2<'py, f64>,
     radii: PyReadonlyArray1<'py, f64>,
+    creases: Option<Bound<'py, Creases>>,
     components: usize,
     unmet: String,
     lo: [f64; 3],
@@ -95,29 +109,14 @@ pub fn mesh_samples<'py>(
     smoothing: Option<usize>,
     intersections: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let status = if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) };
     let samples = Samples {
         points: arrays::points("points", &points)?,
         normals: arrays::points("normals", &normals)?,
         radii: arrays::column(&radii),
-        areas: Vec::new(),
-        curvatures: Vec::new(),
-        component: Vec::new(),
-        report: Report {
-            status: if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) },
-            components,
-            certified: false,
-            max_error: 0.0,
-            evenness: Evenness::default(),
-            spacing: 0.0,
-            area: 0.0,
-            on_bounds: 0,
-            singular: 0,
-            steps: 0,
-            evaluations: 0,
-            births: 0,
-            deaths: 0,
-            warnings: Vec::new(),
-        },
+        creases: creases.map(|c| c.get().inner.clone()),
+        report: Report { status, components, ..Report::default() },
+        ..Samples::default()
     };
     let rule = self::rule(rule)?;
     let surface = model.get().field()?.as_ref();
@@ -200,7 +199,10 @@ fn columns(py: Python<'_>, made: Meshed) -> PyResult<Bound<'_, PyDict>> {
     let Meshed { mesh, report: r } = made;
     let d = PyDict::new(py);
     d.set_item("report", report(py, &r)?)?;
-    d.set_item("component", r.topology.component.iter().map(|&c| i64::from(c as i32)).collect::<Vec<_>>().into_pyarray(py))?;
+    d.set_item(
+        "component",
+        r.topology.component.iter().map(|&c| i64::from(c as i32)).collect::<Vec<_>>().into_pyarray(py),
+    )?;
     d.set_item("points", arrays::from_rows(py, mesh.points)?)?;
     d.set_item("normals", arrays::from_rows(py, mesh.normals)?)?;
     d.set_item("curvatures", arrays::from_rows(py, mesh.curvatures)?)?;

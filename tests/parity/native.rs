@@ -47,7 +47,9 @@ fn run(case: &Case, models: &Path) -> Result<String, Box<dyn Error>> {
     let read = |name: &str, kind: &str| std::fs::read_to_string(models.join(format!("{name}.{kind}.json")));
     let mut scene = match (&case.text, &case.model) {
         (Some(formula), None) => Scene::new(&text::parse(formula, &[])?, case.settings.clone())?,
-        (None, Some(model)) => Scene::from_json(&read(model, "iso")?, case.settings.clone(), &HashMap::new())?,
+        (None, Some(model)) => {
+            Scene::from_json(&read(model, "iso")?, case.settings.clone(), &HashMap::new())?
+        }
         _ => return Err("a case has either a text or a model".into()),
     };
     if let Some(script) = &case.script {

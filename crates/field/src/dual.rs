@@ -39,6 +39,13 @@ impl<S: Scalar> Dual<S> {
     }
 }
 
+impl<S: Scalar> From<f64> for Dual<S> {
+    #[inline(always)]
+    fn from(v: f64) -> Self {
+        Self::constant(S::from_f64(v))
+    }
+}
+
 impl<S: Scalar> Add for Dual<S> {
     type Output = Self;
     #[inline(always)]

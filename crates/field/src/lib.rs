@@ -1,5 +1,6 @@
 //! isoswarm-field: what a surface is.
 mod bumps;
+mod closed;
 mod cut;
 mod dual;
 mod error;
@@ -18,7 +19,9 @@ mod program;
 mod prune;
 mod regions;
 pub mod scalar;
+mod sparse;
 pub mod surface;
+pub mod switches;
 mod tape;
 #[cfg(any(test, feature = "testkit"))]
 pub mod testkit;
@@ -27,12 +30,14 @@ pub mod vector;
 pub mod vm;
 pub use dual::Dual;
 pub use error::FieldError;
-pub use field::Field;
+pub use field::{CompiledPiece, Field, Piece, Pieces, Ranges, Regularity};
 pub use graph::{Graph, MAX_AXES, Node};
 pub use interval::Interval;
 pub use model::{Callback, Leaf, Lowered, Model, ParamInfo};
 pub use op::Op;
 pub use regions::{Narrowed, RegionOptions};
 pub use scalar::Scalar;
+pub use sparse::SparseRows;
 pub use surface::{Aabb, Cells, Parametric, Surface};
+pub use switches::Switches;
 pub use tape::Tape;

@@ -7,7 +7,7 @@ use crate::tape::{Code, Mode, Tape};
 
 /// The value of uniform `u`, given those that the tapes share, which may be of a simpler type.
 #[inline(always)]
-fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u: u32) -> V {
+pub(crate) fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u: u32) -> V {
     match shared.get(u as usize) {
         Some(v) => V::from(*v),
         None => V::from_f64(tape.own[u as usize - shared.len()]),
@@ -16,7 +16,7 @@ fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u: u32) -> V
 
 /// The first two operands' values.
 #[inline(always)]
-fn operands<U: Copy, V: Scalar + From<U>>(
+pub(crate) fn operands<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
     shared: &[U],
     values: &[V],

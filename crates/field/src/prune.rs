@@ -25,14 +25,21 @@ pub(crate) struct Scratch {
 
 /// An instruction that is reached in a box.
 #[derive(Clone, Copy, Debug)]
-struct Kept {
-    instr: u32,
-    fate: Fate,
+pub(crate) struct Kept {
+    pub instr: u32,
+    pub fate: Fate,
+}
+
+impl Scratch {
+    /// What is reached in box `lane`, from the result back, after [`Tape::decide`].
+    pub(crate) fn kept(&self, lane: usize) -> &[Kept] {
+        &self.kept[lane]
+    }
 }
 
 /// What becomes of an instruction.
 #[derive(Clone, Copy, Debug)]
-enum Fate {
+pub(crate) enum Fate {
     /// It stays.
     Stay,
     /// It is its operand of this number.

@@ -103,6 +103,12 @@ pub enum GeometryError {
     /// The caller asked to stop before the picture was done.
     #[error("the picture was cancelled before it was done; nothing was written")]
     Cancelled,
+    /// A function to integrate failed, or gave something that is not a finite number.
+    #[error("integrand: {0}")]
+    Integrand(String),
+    /// The surface could not be evaluated.
+    #[error(transparent)]
+    Field(#[from] isoswarm_field::FieldError),
 }
 
 impl GeometryError {

@@ -6,10 +6,15 @@ use rayon::prelude::*;
 use crate::constraint::CHUNK;
 use crate::neighbors::Neighbors;
 use crate::swarm::Swarm;
-use crate::vector::{V3, dot, frame, norm, sub, unit};
+use crate::vector::{V3, distance, dot, frame, norm, sub, unit};
 
 /// Floaters whose Hessians are held at a time.
 const BATCH: usize = 1 << 16;
+
+/// Distances to the nearest neighbour, in radii of curvature, from which on a curvature is doubted.
+const STEEP: f64 = 1.0;
+/// Cosine between the normals of floaters that are on one side of a crease, as far as they tell.
+const LEVEL: f64 = 0.7;
 
 /// Principal curvatures of the surface through each point, largest magnitude first (1/model units; positive where convex seen
 /// from outside), from the Hessian: of F = 0 for points on it, of the level that they are on for others. NaN where the field
@@ -57,11 +62,19 @@ pub(crate) fn principal(
                 return [f64::NAN; 2];
             }
             let exact = known && hessian[k].iter().all(|h| h.is_finite());
-            if exact {
-                of_hessian(gradient[k], normal, hessian[k], axes)
-            } else {
-                of_neighbors(swarm, lists, i, axes)
+            if !exact {
+                return of_neighbors(swarm, lists, i, axes, |_| true);
             }
+            let own = of_hessian(gradient[k], normal, hessian[k], axes);
+            let nearest = lists.of(i).iter().map(|&j| distance(swarm.points[j as usize], swarm.points[i]));
+            if own[0].abs() * nearest.fold(f64::INFINITY, f64::min) <= STEEP {
+                return own;
+            }
+            // A distance that switches on the surface (|max(q, 0)| of a box) has second derivatives that are nothing but rounding
+            // there: the neighbours on the same side know better.
+            let level = |j: usize| dot(swarm.normals[j], normal) > LEVEL && !swarm.is_held(j);
+            let seen = of_neighbors(swarm, lists, i, axes, level);
+            if seen[0].abs() < own[0].abs() { seen } else { own }
         };
         out.par_extend((0..n).into_par_iter().with_min_len(CHUNK).map(curvature));
     }
@@ -95,9 +108,15 @@ fn eigenvalues(a: f64, b: f64, c: f64) -> [f64; 2] {
 }
 
 /// Least squares for the shape operator S: the change of the normal towards each neighbour is S times the way there.
-pub(crate) fn of_neighbors(swarm: &Swarm, lists: &Neighbors, i: usize, axes: usize) -> [f64; 2] {
+pub(crate) fn of_neighbors(
+    swarm: &Swarm,
+    lists: &Neighbors,
+    i: usize,
+    axes: usize,
+    keep: impl Fn(usize) -> bool,
+) -> [f64; 2] {
     let (p, n) = (swarm.points[i], swarm.normals[i]);
-    let near = lists.of(i).iter().map(|&j| j as usize).filter(|&j| swarm.normals[j] != [0.0; 3]);
+    let near = lists.of(i).iter().map(|&j| j as usize).filter(|&j| swarm.normals[j] != [0.0; 3] && keep(j));
     if axes == 2 {
         let t = [-n[1], n[0], 0.0];
         let (mut a, mut b) = (0.0, 0.0);
@@ -161,7 +180,7 @@ mod tests {
             swarm.push(p, n, 0, None);
         }
         let lists = swarm.neighbors(0.011);
-        let k = of_neighbors(&swarm, &lists, 0, 3);
+        let k = of_neighbors(&swarm, &lists, 0, 3, |_| true);
         assert!((k[0] + 3.0).abs() < 5e-3 && (k[1] - 1.0).abs() < 5e-3, "{k:?}");
     }
 }

@@ -9,9 +9,10 @@ use isoswarm_field::Surface;
 use crate::Error;
 use crate::constraint::Walls;
 use crate::constraint::{Target, project};
+use crate::edges::EdgeFloaters;
 use crate::options::{self, Amount, Density};
 use crate::population::{self, Habitat, linear};
-use crate::relax::{Moved, Relaxation};
+use crate::relax::{Moved, Pace, Relaxation};
 use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::seeding::Seeds;
@@ -19,25 +20,17 @@ use crate::sizing::Sizing;
 use crate::swarm::Swarm;
 use crate::vector::V3;
 
-/// How a phase of the relaxation goes: σ in square roots of the mean cell, gain, momentum, and the part of the floaters
-/// that may outrun their lists of neighbours.
-#[derive(Clone, Copy)]
-struct Phase {
-    sigma: f64,
-    gain: f64,
-    momentum: f64,
-    stray: f64,
-}
+// How the phases of the relaxation go: σ in square roots of the mean cell.
 
 /// From random points. A gain of .72 is α Δt = 6 × .12 in WH94's units; 1.1 diverges on random points.
-const ROUGH: Phase = Phase { sigma: 0.45, gain: 0.72, momentum: 0.9, stray: 0.02 };
+const ROUGH: Pace = Pace { sigma: 0.45, gain: 0.72, momentum: 0.9, skin: 0.8, stray: 0.02 };
 /// From a lattice, whose floaters keep their distance and bear longer steps.
-const REFINED: Phase = Phase { sigma: 0.45, gain: 1.6, momentum: 0.8, stray: 0.02 };
+const REFINED: Pace = Pace { sigma: 0.45, gain: 1.6, momentum: 0.8, skin: 0.8, stray: 0.02 };
 /// Slow modes at the last level.
-const SETTLING: Phase = Phase { sigma: 0.42, gain: 2.5, momentum: 0.8, stray: 0.02 };
+const SETTLING: Pace = Pace { sigma: 0.42, gain: 2.5, momentum: 0.8, skin: 0.8, stray: 0.02 };
 /// Nearest neighbours only: evens out the distances around defects. The smaller σ, the softer the lattice, the larger
 /// the gain.
-const POLISHING: Phase = Phase { sigma: 0.31, gain: 5.0, momentum: 0.7, stray: 0.0 };
+const POLISHING: Pace = Pace { sigma: 0.31, gain: 5.0, momentum: 0.7, skin: 1.6, stray: 0.0 };
 
 /// Steps at the coarsest level, at each between, and at the last one: before settling, most while settling
 /// (`Options::steps`), and polishing. Order that is found while floaters are few costs little.
@@ -103,11 +96,12 @@ pub(crate) fn spread(
     wish: Wish<'_>,
 ) -> Result<Spread, Error> {
     let walls = seeds.walls;
-    let Wish { amount, n, density, start, most_steps } = wish;
+    let Wish { amount, n, density, edges, start, most_steps } = wish;
     let all = seeds.uniform_swarm();
     let apart = linear(seeds.area / all.len().max(1) as f64, walls.axes);
     let (sizing, weights) = Sizing::new(density, surface, &all, apart, walls.axes)?;
     let levels = if start.is_some() { 0 } else { levels_for(n, seeds) };
+    let levels = edges.map_or(levels, |e| levels.min(e.levels(n, halvings(walls.axes))));
     let coarsest = n >> (halvings(walls.axes) * levels);
     // The last projection makes good for what the sketch is off.
     let sketch = surface.sketch(SKETCHED * linear(seeds.area / n as f64, walls.axes));
@@ -118,6 +112,7 @@ pub(crate) fn spread(
         walls,
         seeds,
         sizing,
+        edges,
         spacing: match amount {
             Amount::Spacing(s) => Some(s),
             Amount::Count(_) => None,
@@ -128,11 +123,15 @@ pub(crate) fn spread(
         phase: ROUGH,
     };
     let mut goes_on = if let Some(start) = start {
-        let swarm = resume(&mut work, start)?;
+        let mut swarm = resume(&mut work, start)?;
+        work.hold(&mut swarm, 0);
         work.take(swarm)?;
         work.again()?
     } else {
-        let chosen = choose(seeds, &weights, coarsest, Rng::new(work.run.seed, Stream::Thinning));
+        let on_edges = edges.map_or(0, |e| e.count(levels));
+        let free = coarsest.saturating_sub(on_edges).max(seeds.components);
+        let mut chosen = choose(seeds, &weights, free, Rng::new(work.run.seed, Stream::Thinning));
+        work.hold(&mut chosen, levels);
         work.take(chosen)?;
         work.coarsest(levels)?
     };
@@ -159,6 +158,8 @@ pub(crate) struct Wish<'a> {
     /// Floaters, to begin with where a spacing is asked for.
     pub(crate) n: usize,
     pub(crate) density: Density<'a>,
+    /// Floaters on creases, if that is asked for and there are any.
+    pub(crate) edges: Option<&'a EdgeFloaters<'a>>,
     pub(crate) start: Option<&'a [V3]>,
     pub(crate) most_steps: Option<usize>,
 }
@@ -167,6 +168,12 @@ pub(crate) struct Wish<'a> {
 pub(crate) fn count_for_spacing(area: f64, spacing: f64, axes: usize) -> f64 {
     let unit = spacing / if axes == 2 { 1.0 } else { NEAREST };
     area / if axes == 2 { unit } else { unit * unit }
+}
+
+/// The mean distance between neighbours of so many floaters on so much area.
+pub(crate) fn spacing_for_count(area: f64, n: usize, axes: usize) -> f64 {
+    let unit = linear(area / n.max(1) as f64, axes);
+    unit * if axes == 2 { 1.0 } else { NEAREST }
 }
 
 /// Halvings of the number of floaters from level to level.
@@ -248,6 +255,7 @@ struct Work<'w, 'a, 's> {
     walls: Walls,
     seeds: &'w Seeds<'w>,
     sizing: Sizing<'w>,
+    edges: Option<&'w EdgeFloaters<'w>>,
     /// Mean distance between neighbours that is asked for.
     spacing: Option<f64>,
     /// Floaters at the last level.
@@ -255,7 +263,7 @@ struct Work<'w, 'a, 's> {
     /// Square root of a size-1 cell at present.
     unit: f64,
     relaxation: Relaxation<'s>,
-    phase: Phase,
+    phase: Pace,
 }
 
 /// To how many floaters a population is brought.
@@ -299,7 +307,7 @@ impl Work<'_, '_, '_> {
 
     /// Doubles the resolution. Whether to go on.
     fn finer(&mut self, level: u32) -> Result<bool, Error> {
-        self.refine()?;
+        self.refine(level)?;
         self.enter(REFINED);
         let steps = match self.relaxation.swarm.len() {
             _ if level == 0 => FIRST_STEPS,
@@ -372,14 +380,13 @@ impl Work<'_, '_, '_> {
         ((ratio - 1.0).abs() > CLOSE && n != self.n).then_some(n)
     }
 
-    fn enter(&mut self, phase: Phase) {
+    fn enter(&mut self, phase: Pace) {
         self.phase = phase;
         self.tune();
     }
 
     fn tune(&mut self) {
-        let Phase { sigma, gain, momentum, stray } = self.phase;
-        self.relaxation.tune(sigma * self.unit, gain, momentum, stray);
+        self.relaxation.tune(Pace { sigma: self.phase.sigma * self.unit, ..self.phase });
     }
 
     /// Makes `swarm` the present one, in spatial order.
@@ -431,7 +438,15 @@ impl Work<'_, '_, '_> {
         self.take(swarm)
     }
 
-    fn refine(&mut self) -> Result<(), Error> {
+    /// Puts the floaters on creases that a level has.
+    fn hold(&self, swarm: &mut Swarm, level: u32) {
+        if let Some(edges) = self.edges {
+            edges.enter(swarm, level, self.unit);
+            edges.fill(swarm, self.seeds, self.unit);
+        }
+    }
+
+    fn refine(&mut self, level: u32) -> Result<(), Error> {
         let mut swarm = self.relaxation.release();
         let before = swarm.len();
         let mut count = 0;
@@ -439,6 +454,7 @@ impl Work<'_, '_, '_> {
         self.run.evaluations += count;
         self.run.births += born as u64;
         self.unit *= linear(before as f64 / swarm.len() as f64, self.walls.axes);
+        self.hold(&mut swarm, level);
         self.take(swarm)?;
         self.relaxation.rest();
         Ok(())

@@ -5,15 +5,23 @@ use rayon::prelude::*;
 
 use crate::Error;
 use crate::constraint::{Target, project};
+use crate::creases::Creases;
 use crate::curvature;
+use crate::edges;
 use crate::metrics::{mean_nearest, of_census};
 use crate::options::Phase;
 use crate::population::{census, faces};
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
 use crate::seeding::{Seeds, divide};
-use crate::swarm::Swarm;
+use crate::swarm::{FREE, Swarm};
+use crate::vector::{self, add, distance};
 
+/// What the surface may be off, in square roots of the mean cell, from where the last projection starts. Newton's method
+/// squares it.
+const NEARLY: f64 = 1e-6;
+/// The same where curvatures are measured.
+const MEASURED: f64 = 1e-9;
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
 const FINE: f64 = 1.0;
 
@@ -27,6 +35,7 @@ impl Samples {
             areas: Vec::new(),
             curvatures: Vec::new(),
             component: Vec::new(),
+            creases: None,
             report: Report {
                 status,
                 components: 0,
@@ -55,18 +64,33 @@ pub(crate) fn finish(
     mut swarm: Swarm,
     unit: f64,
     status: Status,
+    creases: Option<Creases>,
 ) -> Result<Samples, Error> {
     run.tell(Phase::Finishing, 0.9, swarm.len());
     let walls = seeds.walls;
     swarm.velocity = Vec::new();
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
     let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
-    let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
+    let Swarm { points, normals, .. } = &mut swarm;
+    let sketch = surface.sketch(NEARLY * unit);
+    if let Some(sketch) = sketch.as_deref() {
+        // The first of the way where a look costs less.
+        let near = Target { tolerance: NEARLY * unit, rounds: 4, ..target };
+        project(sketch, &mut run.evaluations, &walls, points, normals, near)?;
+    }
+    let left = project(surface, &mut run.evaluations, &walls, points, normals, target)?;
+    drop(sketch);
+    if let Some(creases) = &creases {
+        put_creases_first(&mut swarm, creases, unit);
+    }
     let max_error = left.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
-    let singular = swarm.normals.iter().filter(|n| **n == [0.0; 3]).count();
+    let singular = (0..swarm.len()).filter(|&i| swarm.normals[i] == [0.0; 3] && !swarm.is_held(i)).count();
     let faces = faces(&walls, unit);
     let on_bounds = swarm.points.par_iter().filter(|p| faces.touches(**p)).count();
     let mut first = census(&swarm, &walls, unit);
+    if let Some(creases) = &creases {
+        edges::areas(&swarm, creases, &walls, unit, &mut first);
+    }
     let per_label = swarm.per_label();
     for (cell, &l) in first.cells.iter_mut().zip(&swarm.label) {
         // Alone on its component, as far as it sees: the component's area says more than the reach of its sight.
@@ -76,11 +100,19 @@ pub(crate) fn finish(
             cell.area = known;
         }
     }
-    let curvatures = curvature::principal(surface, &swarm, &first.lists, walls.axes);
+    let measured = surface.sketch(MEASURED * unit);
+    let mut curvatures =
+        curvature::principal(measured.as_deref().unwrap_or(surface), &swarm, &first.lists, walls.axes);
+    drop(measured);
+    if let Some(creases) = &creases {
+        // Undefined there.
+        curvatures[..creases.points.len()].fill([f64::NAN; 2]);
+    }
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     let (component, components) = if seeds.too_coarse_for(swarm.len()) {
-        divide(surface, run, &walls, &swarm, &first.lists, unit)?
+        let sketch = surface.sketch(NEARLY * unit);
+        divide(sketch.as_deref().unwrap_or(surface), run, &walls, &swarm, &first.lists, unit)?
     } else {
         in_order(&swarm.label)
     };
@@ -105,6 +137,7 @@ pub(crate) fn finish(
         areas: first.cells.iter().map(|c| c.area).collect(),
         curvatures,
         component,
+        creases,
         report: Report {
             status,
             components,
@@ -124,6 +157,27 @@ pub(crate) fn finish(
         points: swarm.points,
         normals: swarm.normals,
     })
+}
+
+/// Brings the floaters on creases to the front, in the order of the creases' points and exactly there, with normals in the middle
+/// of those around them.
+fn put_creases_first(swarm: &mut Swarm, creases: &Creases, unit: f64) {
+    let mut order: Vec<u32> = (0..swarm.len() as u32).collect();
+    // Those that are free have the largest number and keep their order.
+    order.sort_by_key(|&i| swarm.held.get(i as usize).copied().unwrap_or(FREE));
+    *swarm = swarm.pick(&order);
+    for (i, (p, n)) in creases.points.iter().zip(creases.mean_normals()).enumerate() {
+        (swarm.points[i], swarm.normals[i]) = (*p, n);
+    }
+    for i in 0..creases.points.len() {
+        if swarm.normals[i] != [0.0; 3] {
+            continue;
+        }
+        // A tip.
+        let near = |j: &usize| distance(swarm.points[*j], swarm.points[i]) < 1.5 * unit;
+        let sum = (0..swarm.len()).filter(near).fold([0.0; 3], |s, j| add(s, swarm.normals[j]));
+        swarm.normals[i] = vector::unit(sum);
+    }
 }
 
 /// Labels numbered anew in the order of first appearance, and how many there are.

@@ -111,6 +111,9 @@ pub struct Options<'a> {
     pub method: Method,
     /// Where they are denser ([`Method::Even`], and [`Method::Random`] with a function). Default: uniform.
     pub density: Density<'a>,
+    /// Whether samples are placed on the surface's edges and corners, and others kept off them
+    /// ([`Method::Even`], in space): see [`creases`](crate::creases). Default: no.
+    pub creases: bool,
     /// Seed of every random choice. Default: 0.
     pub seed: u64,
     /// Points to start from, from an earlier result on a surface that has changed; with [`Method::Even`].
@@ -129,6 +132,7 @@ impl Default for Options<'_> {
             amount: Amount::Count(1000),
             method: Method::default(),
             density: Density::default(),
+            creases: false,
             seed: 0,
             start: None,
             most: 20_000_000,
@@ -144,6 +148,7 @@ impl fmt::Debug for Options<'_> {
             .field("amount", &self.amount)
             .field("method", &self.method)
             .field("density", &self.density)
+            .field("creases", &self.creases)
             .field("seed", &self.seed)
             .field("start", &self.start.map(<[_]>::len))
             .field("most", &self.most)

@@ -63,7 +63,9 @@ pub(crate) fn census(swarm: &Swarm, walls: &Walls, unit: f64) -> Census {
         radius: 0.5 * REACH * unit,
         size: &swarm.size,
     };
-    let cells = stars.cells();
+    let mut cells = stars.cells();
+    // What stands on a crease has no tangent plane, and its cell is no measure.
+    (0..swarm.held.len()).filter(|&i| swarm.is_held(i)).for_each(|i| cells[i].clipped = true);
     let (mut inner, mut weights, mut area) = (0.0, 0.0, 0.0);
     let (mut all_weights, mut count) = (0.0, 0usize);
     for (i, c) in cells.iter().enumerate() {
@@ -177,7 +179,11 @@ pub(crate) fn balance(
                 break;
             }
             let label = swarm.label[i] as usize;
-            if !alive[i] || per_label[label] <= 1 || (strict && (touched[i] || census.cells[i].clipped)) {
+            if !alive[i]
+                || swarm.is_held(i)
+                || per_label[label] <= 1
+                || (strict && (touched[i] || census.cells[i].clipped))
+            {
                 continue;
             }
             alive[i] = false;
@@ -189,6 +195,7 @@ pub(crate) fn balance(
     }
     let births = n.saturating_sub(now - done.deaths);
     let order = ranked(now, |i| key(i, 1.0, 1));
+    let fertile: Vec<bool> = (0..now).map(|i| alive[i] && !swarm.is_held(i)).collect();
     let mut children = Children::default();
     // Parents whose children find no room are passed over; when all are, room is no condition any more.
     for round in 0..4 {
@@ -196,7 +203,7 @@ pub(crate) fn balance(
         if missing == 0 {
             break;
         }
-        let parents = choose_parents(&census, missing, &order, &alive, &mut touched, &mut children.times);
+        let parents = choose_parents(&census, missing, &order, &fertile, &mut touched, &mut children.times);
         children.bear(swarm, &census, habitat, count, unit, &parents, rng, round < 3)?;
     }
     done.births = children.points.len();
@@ -278,21 +285,28 @@ impl Children {
 /// Two floaters closer than this part of the linear size of a cell are one too many.
 const OVERLAP: f64 = 0.35;
 
+/// Floaters closer than this part of the linear size of a cell to a point of a crease are too close: the balls around the
+/// points of a crease protect it (Cheng, Dey and Ramos 2010), so that no edge between floaters crosses it.
+pub(crate) const PROTECTED: f64 = 0.6;
+
 /// Floaters on top of each other: the force between them vanishes with their distance, so that pressure (at the bounds
 /// above all) can hold them together. One of each pair dies. Gives how many.
 fn crush(swarm: &Swarm, census: &Census, unit: f64, alive: &mut [bool], per_label: &mut [u32]) -> usize {
     let mut dead = 0;
     for i in 0..swarm.len() {
         let reach = OVERLAP * unit * swarm.size.get(i).copied().unwrap_or(1.0);
-        if census.cells[i].nearest >= reach || per_label[swarm.label[i] as usize] <= 1 {
+        // Floaters keep farther from those on creases, which do not give way.
+        let beside = PROTECTED * unit * swarm.size.get(i).copied().unwrap_or(1.0);
+        if swarm.is_held(i) || census.cells[i].nearest >= beside || per_label[swarm.label[i] as usize] <= 1 {
             continue;
         }
         let on = |&j: &u32| {
             let j = j as usize;
-            j < i
-                && alive[j]
-                && swarm.label[j] == swarm.label[i]
-                && distance(swarm.points[i], swarm.points[j]) < reach
+            let apart = distance(swarm.points[i], swarm.points[j]);
+            if swarm.is_held(j) {
+                return apart < beside;
+            }
+            j < i && alive[j] && swarm.label[j] == swarm.label[i] && apart < reach
         };
         if census.lists.of(i).iter().any(on) {
             alive[i] = false;
@@ -378,7 +392,9 @@ pub(crate) fn refine(
     unit: f64,
 ) -> Result<usize, FieldError> {
     let Habitat { surface, walls, least, .. } = *habitat;
-    let edges = edges(swarm, walls, unit);
+    let mut edges = edges(swarm, walls, unit);
+    // Creases are refined along themselves.
+    edges.retain(|&(i, j)| !(swarm.is_held(i as usize) && swarm.is_held(j as usize)));
     let mut points: Vec<V3> = edges
         .iter()
         .map(|&(i, j)| scale(add(swarm.points[i as usize], swarm.points[j as usize]), 0.5))
@@ -393,7 +409,7 @@ pub(crate) fn refine(
         }
         let (i, j) = (i as usize, j as usize);
         let size = swarm.size.get(i).map(|s| 0.5 * (s + swarm.size[j]));
-        let label = swarm.label[i];
+        let label = if swarm.is_held(i) { swarm.label[j] } else { swarm.label[i] };
         swarm.push(points[k], normals[k], label, size);
     }
     Ok(swarm.len() - before)

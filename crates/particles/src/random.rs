@@ -80,7 +80,7 @@ pub(crate) fn scatter(
         None => Status::Converged,
     };
     let mean = linear(seeds.area / swarm.len().max(1) as f64, axes);
-    let mut samples = finish(run, surface, seeds, swarm, mean, status)?;
+    let mut samples = finish(run, surface, seeds, swarm, mean, status, None)?;
     // Cells of independent points say little; each stands for the same share.
     let share = seeds.area / samples.points.len().max(1) as f64;
     if sizing.is_uniform() {

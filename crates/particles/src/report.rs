@@ -1,9 +1,12 @@
 //! What a run gives: the samples and the account of how it went.
 
+use crate::creases::Creases;
+
 /// How a run ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Status {
     /// Everything asked for was reached.
+    #[default]
     Converged,
     /// The samples are usable, but something was not reached: the text says what and why.
     NotConverged(String),
@@ -39,7 +42,7 @@ pub struct Evenness {
 }
 
 /// How a run went.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
     /// How it ended.
     pub status: Status,
@@ -73,7 +76,7 @@ pub struct Report {
 }
 
 /// Points on a surface, in a spatially coherent order. All vectors have the same length.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
     /// Positions (model units).
     pub points: Vec<[f64; 3]>,
@@ -88,6 +91,8 @@ pub struct Samples {
     pub curvatures: Vec<[f64; 2]>,
     /// Connected component of each sample, numbered from 0 in the order of their first samples.
     pub component: Vec<u32>,
+    /// The surface's edges and corners, where that was asked for: their points are the first samples, in their order.
+    pub creases: Option<Creases>,
     /// How the run went.
     pub report: Report,
 }

@@ -54,7 +54,8 @@ impl Rings {
         let parts = |list: &[u32], grids: &[(f64, Grid)]| -> Vec<(Vec<u32>, Vec<u32>)> {
             list.par_chunks(CHUNK)
                 .map(|chunk| {
-                    let (mut desk, mut counts, mut entries) = (Desk::new(), Vec::new(), Vec::with_capacity(8 * CHUNK));
+                    let (mut desk, mut counts, mut entries) =
+                        (Desk::new(), Vec::new(), Vec::with_capacity(8 * CHUNK));
                     let mut others = Vec::new();
                     for &i in chunk {
                         let (i, before) = (i as usize, entries.len());
@@ -80,7 +81,8 @@ impl Rings {
         let all: Vec<u32> = (0..points.len() as u32).collect();
         let mut out = Self::join(parts(&all, &grids));
         for k in 1..=DOUBLINGS {
-            let open: Vec<u32> = all.iter().copied().filter(|&i| out.of(i as usize).contains(&OPEN)).collect();
+            let open: Vec<u32> =
+                all.iter().copied().filter(|&i| out.of(i as usize).contains(&OPEN)).collect();
             if open.is_empty() {
                 break;
             }

@@ -3,6 +3,8 @@
 use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
+use crate::creases::{self, CreaseOptions, Creases};
+use crate::edges::EdgeFloaters;
 use crate::even::{self, Spread, Wish};
 use crate::finish::finish;
 use crate::floaters::modes;
@@ -30,10 +32,12 @@ const FEWEST_SEEDS: usize = 1000;
 /// and whatever the field reports.
 pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Result<Samples, Error> {
     check(surface, bounds, &options)?;
-    let Options { amount, method, density, seed, start, most, steps, progress } = options;
+    let Options { amount, method, density, creases, seed, start, most, steps, progress } = options;
     let mut run = Run::new(seed, progress);
     run.tell(Phase::Seeding, 0.0, 0);
     let aim = match amount {
+        // Between creases every part of the surface needs seeds of its own.
+        Amount::Count(n) if method == Method::Even && creases => n.clamp(FEWEST_SEEDS, 4 * SEEDS),
         Amount::Count(n) if method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
         _ => SEEDS,
     };
@@ -54,10 +58,13 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     }
     match method {
         Method::Even => {
-            let wish = Wish { amount, n, density, start, most_steps: steps };
+            let creases =
+                if creases { find_creases(surface, bounds, &seeds, amount, n, &mut run)? } else { None };
+            let edges = creases.as_ref().map(|c| EdgeFloaters::new(c, &seeds));
+            let wish = Wish { amount, n, density, edges: edges.as_ref(), start, most_steps: steps };
             let Spread { swarm, unit, unmet } = even::spread(&mut run, surface, &seeds, wish)?;
             let status = unmet.map_or(Status::Converged, Status::NotConverged);
-            let mut samples = finish(&mut run, surface, &seeds, swarm, unit, status)?;
+            let mut samples = finish(&mut run, surface, &seeds, swarm, unit, status, creases)?;
             verify(&mut samples, amount);
             Ok(samples)
         }
@@ -66,6 +73,32 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
             modes::run(&mut run, surface, &seeds, method, n, amount, steps.unwrap_or(modes::STEPS))
         }
     }
+}
+
+/// The creases, with points at the distance that samples will have; `None` where there are none.
+fn find_creases(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    seeds: &Seeds<'_>,
+    amount: Amount,
+    n: usize,
+    run: &mut Run<'_>,
+) -> Result<Option<Creases>, Error> {
+    let spacing = match amount {
+        Amount::Spacing(s) => s,
+        Amount::Count(n) => even::spacing_for_count(seeds.area, n, seeds.walls.axes),
+    };
+    let found = creases::creases(surface, bounds, CreaseOptions::new(spacing))?;
+    run.warnings.extend(found.warnings.iter().cloned());
+    let (taken, least) = (found.points.len(), 2 * found.points.len() + seeds.components);
+    if taken > 0 && least > n {
+        run.warnings.push(format!(
+            "the surface's edges would take {taken} of the {n} samples, more than half: no samples were placed on them; ask \
+             for at least {least}"
+        ));
+        return Ok(None);
+    }
+    Ok((!found.points.is_empty()).then_some(found))
 }
 
 /// How many samples, to begin with where a spacing is asked for.

@@ -16,7 +16,13 @@ pub(crate) struct Swarm {
     pub(crate) label: Vec<u32>,
     /// Relative size of each floater's share, density^(-1/2) (density^(-1) on curves); empty where all are equal.
     pub(crate) size: Vec<f64>,
+    /// Numbers of the points of creases that floaters stand for, which stay where they are; [`FREE`] for all others.
+    /// Empty where there are none.
+    pub(crate) held: Vec<u32>,
 }
+
+/// Not held: see [`Swarm::held`].
+pub(crate) const FREE: u32 = u32::MAX;
 
 impl Swarm {
     pub(crate) fn len(&self) -> usize {
@@ -34,6 +40,7 @@ impl Swarm {
             velocity: take(&self.velocity, order),
             label: take(&self.label, order),
             size: take(&self.size, order),
+            held: take(&self.held, order),
         }
     }
 
@@ -46,6 +53,9 @@ impl Swarm {
         if !self.size.is_empty() {
             self.size[to] = self.size[from];
         }
+        if !self.held.is_empty() {
+            self.held[to] = self.held[from];
+        }
     }
 
     /// Keeps the first `n`.
@@ -55,6 +65,21 @@ impl Swarm {
         self.velocity.truncate(n);
         self.label.truncate(n);
         self.size.truncate(n);
+        self.held.truncate(n);
+    }
+
+    /// Whether floater `i` stays where it is.
+    #[inline(always)]
+    pub(crate) fn is_held(&self, i: usize) -> bool {
+        self.held.get(i).is_some_and(|h| *h != FREE)
+    }
+
+    /// Adds a floater that stays where it is.
+    pub(crate) fn hold(&mut self, point: V3, normal: V3, label: u32, size: Option<f64>, number: u32) {
+        self.held.resize(self.points.len(), FREE);
+        self.push(point, normal, label, size);
+        self.held.truncate(self.points.len() - 1);
+        self.held.push(number);
     }
 
     /// Sorted along a Morton curve with cells of the given side.
@@ -69,6 +94,9 @@ impl Swarm {
         self.velocity.push([0.0; 3]);
         self.label.push(label);
         self.size.extend(size);
+        if !self.held.is_empty() {
+            self.held.push(FREE);
+        }
     }
 
     /// Number of floaters of each component.

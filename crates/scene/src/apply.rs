@@ -10,7 +10,9 @@ use crate::control::Metric;
 use crate::file::PinRecord;
 use crate::hold::{Hold, Motion};
 use crate::scene::{Progress, ProgressFn, Scene};
-use crate::{Along, Command, DragReport, Ending, Entry, Error, FitReport, Hand, PinRef, Settings, TransferReport};
+use crate::{
+    Along, Command, DragReport, Ending, Entry, Error, FitReport, Hand, PinRef, Settings, TransferReport,
+};
 
 /// Steps after letting go.
 const SETTLING: usize = 20;
@@ -158,7 +160,7 @@ impl Scene {
             }),
             Command::Duplicate { path, name } => {
                 self.edit("this copy", |m| m.with_copy(&or_root(m, &path), name.as_deref()))
-            },
+            }
             Command::Together { commands } => self.together(commands, progress),
             Command::Undo {} => self.turn_back(true),
             Command::Redo {} => self.turn_back(false),
@@ -171,7 +173,11 @@ impl Scene {
         let mut all = Change::default();
         for command in commands {
             if matches!(command, Command::Undo {} | Command::Redo {} | Command::Together { .. }) {
-                return Err(Error::option("together", "commands other than undo, redo and together", "one of them"));
+                return Err(Error::option(
+                    "together",
+                    "commands other than undo, redo and together",
+                    "one of them",
+                ));
             }
             command.check()?;
             let mut stopped = false;
@@ -181,7 +187,9 @@ impl Scene {
                 flow
             })?;
             if stopped {
-                return Err(Error::Nothing("the commands were stopped, and none of them was carried out".into()));
+                return Err(Error::Nothing(
+                    "the commands were stopped, and none of them was carried out".into(),
+                ));
             }
             all.model |= change.model;
             all.parameters |= change.parameters;

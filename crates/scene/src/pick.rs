@@ -34,7 +34,13 @@ impl Scene {
         crate::command::check_place("origin", origin, 3)?;
         let (d, length) = match (unit(direction), norm(direction)) {
             (Some(d), length) if length.is_finite() => (d, length),
-            _ => return Err(Error::option("direction", "a direction that is not zero", format!("{direction:?}"))),
+            _ => {
+                return Err(Error::option(
+                    "direction",
+                    "a direction that is not zero",
+                    format!("{direction:?}"),
+                ));
+            }
         };
         let floaters = &self.now.swarm.floaters;
         let mut crossed: Vec<(f64, f64)> = Vec::new();
@@ -46,7 +52,8 @@ impl Scene {
                 continue;
             }
             let slope = dot(floaters.normals[i], d);
-            let t = if slope.abs() > 0.05 { dot(sub(*p, origin), floaters.normals[i]) / slope } else { along };
+            let t =
+                if slope.abs() > 0.05 { dot(sub(*p, origin), floaters.normals[i]) / slope } else { along };
             if t > 0.0 && norm(sub(at(origin, d, t), *p)) <= radius {
                 crossed.push((t, radius));
             }

@@ -202,5 +202,7 @@ fn a_scene_read_with_its_floaters_keeps_them() {
     assert!(again.frame().floaters.points.iter().any(|p| p[0] > 2.6));
     let field: &Field = again.field();
     assert_eq!(field.axes(), 3);
-    assert!(Scene::from_json_with(&s.to_json().unwrap(), Settings::default(), &none, &[[f64::NAN; 3]]).is_err());
+    assert!(
+        Scene::from_json_with(&s.to_json().unwrap(), Settings::default(), &none, &[[f64::NAN; 3]]).is_err()
+    );
 }

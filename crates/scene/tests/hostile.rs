@@ -252,7 +252,11 @@ fn a_second_adapter_is_not_taken_for_the_first() {
     s.apply(adapt("")).unwrap();
     s.apply(Command::Keep {}).unwrap();
     s.apply(adapt("adapter/translate_2")).unwrap();
-    refused(&mut s, Command::Set { path: "adapter/sphere/r".into(), value: 2.0, continued: false }, "while an adapter is on");
+    refused(
+        &mut s,
+        Command::Set { path: "adapter/sphere/r".into(), value: 2.0, continued: false },
+        "while an adapter is on",
+    );
     s.apply(Command::Freeze { pattern: "*".into(), frozen: false }).unwrap();
     assert_eq!(s.field().free().len(), 3, "the adapter's own");
     s.apply(pin([2.5, 0.0, 0.0])).unwrap();

@@ -57,12 +57,12 @@ pub(super) fn search<'a>(whole: Whole<'a>, bounds: &Aabb, side: f64, most: usize
     Cells { boxes, side: present, evaluate: Box::new(Located { whole, regions }) }
 }
 
-fn longest(b: &Aabb) -> f64 {
+pub(crate) fn longest(b: &Aabb) -> f64 {
     (0..3).map(|a| b.hi[a] - b.lo[a]).fold(0.0, f64::max)
 }
 
 /// The halves of a box along every axis that is not much shorter than the longest.
-fn halves(bounds: &Aabb, axes: usize) -> Vec<Aabb> {
+pub(crate) fn halves(bounds: &Aabb, axes: usize) -> Vec<Aabb> {
     let long = longest(bounds);
     let mut parts = vec![*bounds];
     for a in (0..axes).rev() {

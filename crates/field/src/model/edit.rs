@@ -144,7 +144,8 @@ impl Model {
             copy = copy.named(name)?;
         }
         let above = self.nodes().into_iter().map(|n| n.model).find(|m| {
-            matches!(m.kind().operands, Operands::AtLeast(_)) && m.operands().iter().any(|o| o.id() == old.id())
+            matches!(m.kind().operands, Operands::AtLeast(_))
+                && m.operands().iter().any(|o| o.id() == old.id())
         });
         let Some(above) = above else {
             let union = super::kinds::known("union");

@@ -26,8 +26,12 @@ pub(super) fn clear(
     for _ in 0..ROUNDS {
         let rings = Rings::find(&vertices.points, &vertices.normals, bounds, &vertices.reach());
         let close: Vec<(usize, usize, f64, f64)> = (0..vertices.len())
-            .filter(|&i| vertices.faces[i] == 0 && rings.of(i).contains(&Rings::WALL))
-            .filter_map(|i| nearest_face(vertices.points[i], vertices.normals[i], bounds).map(|(a, f, d)| (i, a, f, d)))
+            .filter(|&i| {
+                vertices.faces[i] == 0 && !vertices.on_crease(i) && rings.of(i).contains(&Rings::WALL)
+            })
+            .filter_map(|i| {
+                nearest_face(vertices.points[i], vertices.normals[i], bounds).map(|(a, f, d)| (i, a, f, d))
+            })
             .collect();
         if close.is_empty() {
             break;
@@ -51,7 +55,8 @@ pub(super) fn clear(
                 continue;
             }
             if d < NEAR * spacing {
-                (vertices.points[i], vertices.normals[i], vertices.faces[i]) = (points[k], normals[k], faces[k]);
+                (vertices.points[i], vertices.normals[i], vertices.faces[i]) =
+                    (points[k], normals[k], faces[k]);
             } else {
                 vertices.push(points[k], normals[k], spacing, faces[k]);
                 dead.push(false);
@@ -61,6 +66,7 @@ pub(super) fn clear(
         let on: Vec<u32> = (0..vertices.len() as u32).filter(|&i| vertices.faces[i as usize] != 0).collect();
         let widest = vertices.spacing.iter().fold(0.0f64, |m, &s| m.max(s));
         let grid = Grid::new(&vertices.points, Some(on.clone()), APART * widest);
+        let on_crease = |i: usize| vertices.on_crease(i);
         for &i in &on {
             let i = i as usize;
             let apart = APART * vertices.spacing[i];
@@ -68,8 +74,11 @@ pub(super) fn clear(
             grid.near(vertices.points[i], apart, |j| {
                 let j = j as usize;
                 let other = vertices.faces[j].count_ones() > 1;
-                let near = j != i && !dead[j] && distance(vertices.points[i], vertices.points[j]) < apart;
-                dead[i] |= near && !corner && (other || j < i);
+                let near = j != i
+                    && !on_crease(i)
+                    && !dead[j]
+                    && distance(vertices.points[i], vertices.points[j]) < apart;
+                dead[i] |= near && !corner && (other || on_crease(j) || j < i);
             });
         }
         let gone = dead.iter().filter(|d| **d).count();

@@ -1,14 +1,16 @@
 //! Meshes of surfaces: samples, stitched, repaired, smoothed, checked.
 
+use isoswarm_field::vector::V3;
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles as particles;
 use isoswarm_particles::{Density, ProgressFn, Samples};
 
-use super::connect::Triangles;
+use super::connect::{NONE, Triangles};
+use super::crease::Segments;
 use super::repair::{open_places, stitch_whole};
 use super::report::MeshReport;
 use super::vertices::{Vertices, pull};
-use super::{Mesh, border, circumsphere, corners, error, sizes, smooth, valence};
+use super::{Mesh, border, circumsphere, corners, crease, error, sizes, smooth, valence};
 
 /// How fine a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +44,8 @@ pub struct MeshOptions<'a> {
     /// Where triangles are smaller; not with [`Resolution::Error`]. Default: uniform, but where the surface bends within
     /// less than the spacing.
     pub density: Density<'a>,
+    /// Whether vertices are placed on the surface's edges and corners, so that no triangle crosses them. Default: yes.
+    pub creases: bool,
     /// Most rounds of smoothing, 0 to leave the vertices where the samples are. Default: 16.
     pub smoothing: usize,
     /// Whether to look for triangles that pass through each other. Default: yes.
@@ -60,6 +64,7 @@ impl Default for MeshOptions<'_> {
             resolution: Resolution::Count(10_000),
             rule: Rule::default(),
             density: Density::Uniform,
+            creases: true,
             smoothing: SMOOTHING,
             intersections: true,
             seed: 0,
@@ -93,13 +98,17 @@ pub struct Meshed {
 ///
 /// # Errors
 /// Those of [`isoswarm_particles::sample`]; a resolution that is not above 0; a surface in the plane.
-pub fn mesh(surface: &dyn Surface, bounds: &Aabb, options: MeshOptions<'_>) -> Result<Meshed, particles::Error> {
-    let MeshOptions { resolution, rule, density, smoothing, intersections, seed, most, progress } = options;
+pub fn mesh(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    options: MeshOptions<'_>,
+) -> Result<Meshed, particles::Error> {
+    let MeshOptions { resolution, rule, density, creases, smoothing, intersections, seed, most, progress } =
+        options;
     in_space(surface)?;
     let sizes::Sampled { samples, evaluations, warnings } =
-        sizes::sample(surface, bounds, resolution, density, (seed, most), progress)?;
-    let settings =
-        MeshOptions { resolution, rule, smoothing, intersections, ..MeshOptions::default() };
+        sizes::sample(surface, bounds, resolution, density, creases, (seed, most), progress)?;
+    let settings = MeshOptions { resolution, rule, smoothing, intersections, ..MeshOptions::default() };
     let mut out = mesh_samples(surface, bounds, &samples, &settings)?;
     out.report.evaluations += evaluations;
     out.report.warnings.extend(warnings);
@@ -141,9 +150,14 @@ pub fn mesh_samples(
         valence::drop_vertices(&mut triangles, &mut vertices, &mut held, &dead);
         report.removed += repaired.left_out.len();
     }
-    improve(surface, options.smoothing, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    let segments = Segments::of(samples.creases.as_ref());
+    (0..vertices.len()).for_each(|v| held[v] |= vertices.on_crease(v));
+    let (flips, missing) = segments.insert(&mut triangles, &vertices);
+    report.flips += flips;
+    report.not_on_creases(&vertices, &missing);
+    improve(surface, options.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
     if let Resolution::Error(most) = options.resolution {
-        error::refine(surface, most, &mut triangles, &mut vertices, &mut held, &mut report)?;
+        error::refine(surface, most, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
     }
     for v in open_places(&vertices, &triangles, &[]) {
         let p = vertices.points[v as usize];
@@ -151,6 +165,8 @@ pub fn mesh_samples(
             report.doubtful.push(p);
         }
     }
+    report.creases = segments.edges(&vertices);
+    report.corners = crease::corners(samples.creases.as_ref(), &vertices);
     Ok(finish(surface, samples, options, vertices, triangles.faces, report)?)
 }
 
@@ -169,12 +185,13 @@ fn in_space(surface: &dyn Surface) -> Result<(), particles::Error> {
 fn improve(
     surface: &dyn Surface,
     rounds: usize,
+    segments: &Segments,
     triangles: &mut Triangles,
     vertices: &mut Vertices,
     held: &mut Vec<bool>,
     report: &mut MeshReport,
 ) -> Result<(), FieldError> {
-    report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+    report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
     let mut round = 0;
     while round < rounds {
         // One narrowed field as long as the vertices keep their numbers.
@@ -183,7 +200,7 @@ fn improve(
         while round < rounds {
             let moved = smooth::smooth(field, triangles, vertices, held)?;
             report.evaluations += vertices.len() as u64;
-            report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+            report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
             round += 1;
             if moved < SMOOTH {
                 return Ok(());
@@ -211,9 +228,13 @@ fn finish(
     mut report: MeshReport,
 ) -> Result<Meshed, FieldError> {
     let spacing = vertices.spacing.clone();
-    let Vertices { points, normals, faces: walls, .. } = &mut vertices;
+    let Vertices { points, normals, faces: walls, crease, .. } = &mut vertices;
     if options.rule == Rule::Delaunay && options.smoothing > 0 {
+        // What is on a crease is there to rounding, and has more than one normal.
+        let on_crease: Vec<(usize, V3, V3)> =
+            (0..points.len()).filter(|&i| crease[i] != NONE).map(|i| (i, points[i], normals[i])).collect();
         pull(surface, points, normals, walls, |i| 0.1 * spacing[i], 3)?;
+        on_crease.into_iter().for_each(|(i, p, n)| (points[i], normals[i]) = (p, n));
         report.evaluations += 3 * points.len() as u64;
     }
     let ids = (0..points.len() as u64).collect();
@@ -222,4 +243,3 @@ fn finish(
     report.describe(surface, &mesh, samples, options.intersections)?;
     Ok(Meshed { mesh, report })
 }
-

@@ -47,10 +47,7 @@ fn passes(points: &[V3], normals: &[V3], near: &[u32], t: [usize; 3]) -> bool {
     if square == 0.0 {
         return false;
     }
-    let to = scale(
-        add(scale(cross(w, x), dot(y, y)), scale(cross(y, w), dot(x, x))),
-        0.5 / square,
-    );
+    let to = scale(add(scale(cross(w, x), dot(y, y)), scale(cross(y, w), dot(x, x))), 0.5 / square);
     let centre = add(p, to);
     let radius = dot(to, to).sqrt() * (1.0 - 1e-9);
     near.iter().all(|&j| {

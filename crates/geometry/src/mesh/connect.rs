@@ -108,6 +108,43 @@ impl Triangles {
         None
     }
 
+    /// Vertices of 0 to n - 1 whose faces form more than one fan.
+    pub(super) fn pinched(&self, n: usize) -> Vec<u32> {
+        let (mut face_of, mut count) = (vec![NONE; n], vec![0u32; n]);
+        for (f, v) in self.faces.iter().enumerate() {
+            for &v in v {
+                face_of[v as usize] = f as u32;
+                count[v as usize] += 1;
+            }
+        }
+        let whole = |v: u32| {
+            let begin = face_of[v as usize] as usize;
+            let mut seen = 0;
+            // Counter-clockwise, and from the first face clockwise where that ends at a boundary.
+            for side in [2, 0] {
+                let mut g = begin;
+                loop {
+                    let Some(k) = self.corner(g, v) else { return false };
+                    seen += u32::from(side == 2 || g != begin);
+                    let other = self.across[g][(k + side) % 3];
+                    if other == NONE || seen > count[v as usize] {
+                        break;
+                    }
+                    g = other as usize;
+                    if g == begin {
+                        return seen == count[v as usize];
+                    }
+                }
+            }
+            seen == count[v as usize]
+        };
+        (0..n as u32)
+            .into_par_iter()
+            .with_min_len(2048)
+            .filter(|&v| face_of[v as usize] != NONE && !whole(v))
+            .collect()
+    }
+
     /// The face over the edge of face `f` that starts at `a`.
     pub(super) fn over(&self, f: usize, a: u32) -> u32 {
         self.corner(f, a).map_or(NONE, |k| self.across[f][k])
@@ -249,8 +286,18 @@ impl Triangles {
     /// side to which they face. Gives the number of flips. `keep(a, b)`: edges that stay.
     pub(super) fn delaunay(&mut self, points: &[V3], keep: impl Fn(u32, u32) -> bool) -> usize {
         let mut flips = 0;
-        let mut todo: Vec<u32> = (0..self.faces.len() as u32).collect();
-        let mut queued = vec![true; self.faces.len()];
+        // Each edge as seen from one of its faces.
+        let first = |&f: &u32| {
+            let f = f as usize;
+            (0..3).any(|k| {
+                let g = self.across[f][k];
+                g != NONE && g as usize > f && self.wants_flip(points, f, k)
+            })
+        };
+        let mut todo: Vec<u32> =
+            (0..self.faces.len() as u32).into_par_iter().with_min_len(2048).filter(first).collect();
+        let mut queued = vec![false; self.faces.len()];
+        todo.iter().for_each(|&f| queued[f as usize] = true);
         for _ in 0..ROUNDS {
             let mut next = Vec::new();
             for &f in &todo {

@@ -14,7 +14,11 @@ const HALVINGS: usize = 54;
 const NEAR: f64 = 0.6;
 
 /// Puts a vertex on every corner and removes those too close to one. Gives how many came and went.
-pub(super) fn place(surface: &dyn Surface, bounds: &Aabb, vertices: &mut Vertices) -> Result<(usize, usize), FieldError> {
+pub(super) fn place(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    vertices: &mut Vertices,
+) -> Result<(usize, usize), FieldError> {
     if vertices.faces.iter().all(|f| *f == 0) {
         return Ok((0, 0));
     }
@@ -23,7 +27,9 @@ pub(super) fn place(surface: &dyn Surface, bounds: &Aabb, vertices: &mut Vertice
     let before = vertices.len();
     let points = vertices.points.clone();
     let spacings = vertices.spacing.clone();
-    vertices.retain(|i| found.iter().all(|(c, _)| distance(points[i], *c) > NEAR * spacings[i]));
+    let on_crease: Vec<bool> = (0..before).map(|i| vertices.on_crease(i)).collect();
+    vertices
+        .retain(|i| on_crease[i] || found.iter().all(|(c, _)| distance(points[i], *c) > NEAR * spacings[i]));
     let gone = before - vertices.len();
     let (mut value, mut gradient) = (vec![0.0; found.len()], vec![[0.0; 3]; found.len()]);
     let places: Vec<V3> = found.iter().map(|f| f.0).collect();
@@ -43,7 +49,11 @@ fn find(surface: &dyn Surface, bounds: &Aabb, spacing: f64) -> Result<Vec<(V3, u
         for side in 0..4 {
             let at = |k: f64| {
                 let mut p = [0.0; 3];
-                p[axis] = if k >= m { bounds.hi[axis] } else { bounds.lo[axis] + (bounds.hi[axis] - bounds.lo[axis]) * (k / m) };
+                p[axis] = if k >= m {
+                    bounds.hi[axis]
+                } else {
+                    bounds.lo[axis] + (bounds.hi[axis] - bounds.lo[axis]) * (k / m)
+                };
                 p[b] = if side & 1 == 0 { bounds.lo[b] } else { bounds.hi[b] };
                 p[c] = if side & 2 == 0 { bounds.lo[c] } else { bounds.hi[c] };
                 p

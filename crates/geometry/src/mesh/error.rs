@@ -4,6 +4,7 @@ use isoswarm_field::vector::{V3, distance, norm};
 use isoswarm_field::{FieldError, Surface};
 
 use super::connect::Triangles;
+use super::crease::Segments;
 use super::report::MeshReport;
 use super::smooth::smooth;
 use super::vertices::{Vertices, pull};
@@ -38,31 +39,33 @@ pub(super) fn centres(points: &[V3], faces: &[[u32; 3]]) -> Vec<V3> {
 pub(super) fn refine(
     surface: &dyn Surface,
     most: f64,
+    segments: &Segments,
     triangles: &mut Triangles,
     vertices: &mut Vertices,
     held: &mut Vec<bool>,
     report: &mut MeshReport,
 ) -> Result<(), FieldError> {
     for round in 0..ROUNDS {
-        let wanted = bad_edges(surface, most, triangles, vertices, report)?;
+        let wanted = bad_edges(surface, most, segments, triangles, vertices, report)?;
         if wanted.is_empty() {
             return Ok(());
         }
         split(surface, triangles, vertices, held, report, wanted)?;
-        report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+        report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
         for _ in 0..if round < SMOOTHED { SMOOTHING } else { 0 } {
             smooth(surface, triangles, vertices, held)?;
             report.evaluations += vertices.len() as u64;
-            report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+            report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
         }
     }
-    let left = bad_edges(surface, most, triangles, vertices, report)?;
+    let left = bad_edges(surface, most, segments, triangles, vertices, report)?;
     if !left.is_empty() {
         report.warnings.push(format!(
             "{} edges are still farther than {most:e} from the surface or next to a triangle that is; the surface may bend sharply there",
             left.len()
         ));
-        let places = left.iter().map(|&(f, k)| vertices.points[triangles.faces[f as usize][k as usize] as usize]);
+        let places =
+            left.iter().map(|&(f, k)| vertices.points[triangles.faces[f as usize][k as usize] as usize]);
         report.doubtful.extend(places.take(MeshReport::MOST_PLACES));
     }
     Ok(())
@@ -72,6 +75,7 @@ pub(super) fn refine(
 fn bad_edges(
     surface: &dyn Surface,
     most: f64,
+    segments: &Segments,
     triangles: &Triangles,
     vertices: &Vertices,
     report: &mut MeshReport,
@@ -80,7 +84,8 @@ fn bad_edges(
     let centre = distances(surface, &centres(&vertices.points, &triangles.faces))?;
     let mut edges: Vec<(u32, u8)> = Vec::new();
     for (f, v) in triangles.faces.iter().enumerate() {
-        let side = |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
+        let side =
+            |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
         if centre[f] > most {
             let k = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
             out.push((f as u32, k as u8));
@@ -92,13 +97,19 @@ fn bad_edges(
         .iter()
         .map(|&(f, k)| {
             let v = triangles.faces[f as usize];
-            let (p, q) = (vertices.points[v[k as usize] as usize], vertices.points[v[(k as usize + 1) % 3] as usize]);
+            let (p, q) =
+                (vertices.points[v[k as usize] as usize], vertices.points[v[(k as usize + 1) % 3] as usize]);
             [0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a])
         })
         .collect();
     let off = distances(surface, &middles)?;
     report.evaluations += (centre.len() + middles.len()) as u64;
     out.extend(edges.into_iter().zip(off).filter(|(_, d)| *d > most).map(|(e, _)| e));
+    // What is split in the middle leaves the crease.
+    out.retain(|&(f, k)| {
+        let v = triangles.faces[f as usize];
+        !segments.joins(vertices, v[k as usize], v[(k as usize + 1) % 3])
+    });
     Ok(out)
 }
 
@@ -112,7 +123,8 @@ fn split(
     edges: Vec<(u32, u8)>,
 ) -> Result<(), FieldError> {
     let mut touched = vec![false; triangles.faces.len()];
-    let (mut points, mut normals, mut faces, mut chosen, mut spacing) = (vec![], vec![], vec![], vec![], vec![]);
+    let (mut points, mut normals, mut faces, mut chosen, mut spacing) =
+        (vec![], vec![], vec![], vec![], vec![]);
     for (f, k) in edges {
         let (f, k) = (f as usize, k as usize);
         let g = triangles.across[f][k];

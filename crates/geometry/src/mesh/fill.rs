@@ -23,6 +23,11 @@ impl<'a> Patches<'a> {
     /// Triangulates a hole with the given outline (the hole on its left) by cutting off the ear with the smallest circumcircle again and
     /// again. Whether that was possible; otherwise nothing is added.
     pub(super) fn close(&mut self, outline: &[u32], faces: &mut Vec<[u32; 3]>) -> bool {
+        // Over creases not all three normals can be on the front.
+        [true, false].into_iter().any(|all| self.close_with(outline, faces, all))
+    }
+
+    fn close_with(&mut self, outline: &[u32], faces: &mut Vec<[u32; 3]>, all: bool) -> bool {
         let before = faces.len();
         let mut left = outline.to_vec();
         let mut fresh: Vec<(u32, u32)> = Vec::new();
@@ -30,7 +35,7 @@ impl<'a> Patches<'a> {
             let n = left.len();
             let ear = |k: usize| [left[(k + n - 1) % n], left[k], left[(k + 1) % n]];
             let best = (0..n)
-                .filter(|&k| self.is_ear(ear(k), &left, &fresh))
+                .filter(|&k| self.is_ear(ear(k), &left, &fresh, all))
                 .map(|k| (circumradius(ear(k).map(|v| self.points[v as usize])), k))
                 .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let Some((_, k)) = best else {
@@ -43,7 +48,7 @@ impl<'a> Patches<'a> {
             left.remove(k);
         }
         let last = [left[0], left[1], left[2]];
-        if left.len() < 3 || !self.faces_outwards(last) {
+        if left.len() < 3 || !self.faces_outwards(last, all) {
             faces.truncate(before);
             return false;
         }
@@ -52,24 +57,27 @@ impl<'a> Patches<'a> {
         true
     }
 
-    /// Whether a triangle has three corners and their normals on its front.
-    fn faces_outwards(&self, face: [u32; 3]) -> bool {
+    /// Whether a triangle has three corners and their normals, all or on average, on its front.
+    fn faces_outwards(&self, face: [u32; 3], all: bool) -> bool {
         let [a, b, c] = face;
         if a == b || b == c || c == a {
             return false;
         }
         let [p, q, r] = face.map(|v| self.points[v as usize]);
         let front = cross(sub(q, p), sub(r, p));
+        let side = face.map(|v| dot(front, self.normals[v as usize]));
+        let bare = face.map(|v| self.normals[v as usize] == [0.0; 3]);
         front != [0.0; 3]
-            && face.iter().all(|&v| {
-                let n = self.normals[v as usize];
-                n == [0.0; 3] || dot(front, n) > 0.0
-            })
+            && if all {
+                (0..3).all(|k| bare[k] || side[k] > 0.0)
+            } else {
+                side[0] + side[1] + side[2] > 0.0 || bare == [true; 3]
+            }
     }
 
-    fn is_ear(&self, face: [u32; 3], outline: &[u32], fresh: &[(u32, u32)]) -> bool {
+    fn is_ear(&self, face: [u32; 3], outline: &[u32], fresh: &[(u32, u32)], all: bool) -> bool {
         let [a, b, c] = face;
-        if !self.faces_outwards(face) {
+        if !self.faces_outwards(face, all) {
             return false;
         }
         let chord = (a.min(c), a.max(c));
@@ -96,7 +104,7 @@ impl<'a> Patches<'a> {
                 let [a, b, c] = faces[f];
                 near(&faces[f])
                     && self.covers(faces[f], v)
-                    && [[a, b, v], [b, c, v], [c, a, v]].into_iter().all(|t| self.faces_outwards(t))
+                    && [[a, b, v], [b, c, v], [c, a, v]].into_iter().all(|t| self.faces_outwards(t, true))
             });
             match found {
                 None => left.push(v),

@@ -102,16 +102,24 @@ impl Tree {
         let spans: Vec<Span> = mesh
             .faces
             .iter()
-            .map(|f| f.iter().map(|&v| mesh.points[v as usize]).fold(Span::NONE, |s, p| s.with(Span { lo: p, hi: p })))
+            .map(|f| {
+                f.iter()
+                    .map(|&v| mesh.points[v as usize])
+                    .fold(Span::NONE, |s, p| s.with(Span { lo: p, hi: p }))
+            })
             .collect();
         let all = spans.iter().fold(Span::NONE, |s, t| s.with(*t));
         let cell = (0..3).map(|a| all.hi[a] - all.lo[a]).fold(0.0, f64::max) / 1024.0;
-        let centres: Vec<V3> = spans.iter().map(|s| [0, 1, 2].map(|a| 0.5 * s.lo[a] + 0.5 * s.hi[a])).collect();
+        let centres: Vec<V3> =
+            spans.iter().map(|s| [0, 1, 2].map(|a| 0.5 * s.lo[a] + 0.5 * s.hi[a])).collect();
         let order = isoswarm_particles::spatial_order(&centres, cell.max(f64::MIN_POSITIVE));
         let leaf = |c: &[u32]| c.iter().fold(Span::NONE, |s, &f| s.with(spans[f as usize]));
         let mut levels: Vec<Vec<Span>> = vec![order.chunks(LEAF).map(leaf).collect()];
         while levels[levels.len() - 1].len() > 1 {
-            let up = levels[levels.len() - 1].chunks(2).map(|c| c.iter().fold(Span::NONE, |s, t| s.with(*t))).collect();
+            let up = levels[levels.len() - 1]
+                .chunks(2)
+                .map(|c| c.iter().fold(Span::NONE, |s, t| s.with(*t)))
+                .collect();
             levels.push(up);
         }
         Self { spans, order, levels }
@@ -143,9 +151,15 @@ mod tests {
     #[test]
     fn triangles_that_cross_are_found() {
         let points = vec![
-            [0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0],
-            [0.5, 0.5, -1.0], [0.5, 0.5, 1.0], [3.0, 3.0, 0.5],
-            [0.5, 0.5, 0.5], [3.0, 0.0, 4.0], [4.0, 0.0, 3.0],
+            [0.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [0.0, 2.0, 0.0],
+            [0.5, 0.5, -1.0],
+            [0.5, 0.5, 1.0],
+            [3.0, 3.0, 0.5],
+            [0.5, 0.5, 0.5],
+            [3.0, 0.0, 4.0],
+            [4.0, 0.0, 3.0],
         ];
         let mesh = Mesh::new(points.clone(), vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
         assert_eq!(mesh.self_intersections(), [[0, 1]]);

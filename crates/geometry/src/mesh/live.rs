@@ -72,7 +72,10 @@ impl LiveMesh {
     /// # Panics
     /// Where the lengths differ.
     pub fn update(&mut self, points: &[V3], normals: &[V3], ids: &[u64], spacing: f64) -> LiveUpdate {
-        assert!(points.len() == normals.len() && points.len() == ids.len(), "a normal and an identity for each point");
+        assert!(
+            points.len() == normals.len() && points.len() == ids.len(),
+            "a normal and an identity for each point"
+        );
         let mut out = LiveUpdate::default();
         let follows = !self.mesh.faces.is_empty() && self.follow(points, normals, ids, spacing, &mut out);
         if !follows {
@@ -90,9 +93,18 @@ impl LiveMesh {
     }
 
     /// Brings the triangles up to date. Whether that could be done.
-    fn follow(&mut self, points: &[V3], normals: &[V3], ids: &[u64], spacing: f64, out: &mut LiveUpdate) -> bool {
-        let mut triangles =
-            Triangles { faces: std::mem::take(&mut self.mesh.faces), across: std::mem::take(&mut self.across) };
+    fn follow(
+        &mut self,
+        points: &[V3],
+        normals: &[V3],
+        ids: &[u64],
+        spacing: f64,
+        out: &mut LiveUpdate,
+    ) -> bool {
+        let mut triangles = Triangles {
+            faces: std::mem::take(&mut self.mesh.faces),
+            across: std::mem::take(&mut self.across),
+        };
         if self.mesh.ids != ids {
             let (now, born) = renumber(&self.mesh.ids, ids);
             let dead: Vec<u32> = (0..now.len() as u32).filter(|&v| now[v as usize] == NONE).collect();
@@ -238,7 +250,8 @@ fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], 
         let mut found = None;
         for &(_, v) in near.iter().take(6) {
             let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { continue };
-            found = fan.iter().map(|f| f.0 as usize).find(|&f| lies_over(triangles.faces[f], u, points, normals));
+            found =
+                fan.iter().map(|f| f.0 as usize).find(|&f| lies_over(triangles.faces[f], u, points, normals));
             if found.is_some() {
                 break;
             }

@@ -7,7 +7,6 @@ use isoswarm_particles::Grid;
 use super::connect::{NONE, Triangles};
 use super::stitch::{Stitched, stitch};
 use super::vertices::{Vertices, pull};
-use super::{Fault, Topology};
 
 /// Most rounds: each halves the spacing around what is open.
 const ROUNDS: usize = 6;
@@ -16,6 +15,9 @@ const PER_VERTEX: f64 = 1.0;
 const BESIDES: f64 = 1000.0;
 /// A new vertex keeps this distance from others, in spacings.
 const APART: f64 = 0.45;
+
+/// Rounds without progress that end the repair.
+const PATIENCE: usize = 2;
 
 /// What became of the repair.
 #[derive(Default)]
@@ -37,19 +39,30 @@ pub(super) fn stitch_whole(
 ) -> Result<Repaired, FieldError> {
     let first = vertices.len();
     let most = (first as f64 * PER_VERTEX + BESIDES) as usize;
-    let mut round = 0;
-    loop {
+    let mut best: Option<(Vertices, Repaired)> = None;
+    let mut idle = 0;
+    for round in 0..=ROUNDS {
         let Stitched { faces, holes, left_out, filled } =
             stitch(&vertices.points, &vertices.normals, bounds, &vertices.reach());
         let triangles = Triangles::new(faces);
         let open = open_places(vertices, &triangles, &left_out);
         let inserted = vertices.len() - first;
-        if open.is_empty() || round == ROUNDS || inserted >= most {
-            return Ok(Repaired { triangles, filled, inserted, open, left_out });
+        let done = open.is_empty() || round == ROUNDS || inserted >= most;
+        let better = best.as_ref().is_none_or(|b| open.len() < b.1.open.len());
+        idle = if better { 0 } else { idle + 1 };
+        let more = if done || idle == PATIENCE { None } else { Some((triangles.clone(), open.clone())) };
+        if better {
+            best = Some((vertices.clone(), Repaired { triangles, filled, inserted, open, left_out }));
         }
-        let came = refine(surface, bounds, vertices, &triangles, &holes, &open)?;
-        round = if came == 0 { ROUNDS } else { round + 1 };
+        let Some((triangles, open)) = more else { break };
+        if refine(surface, bounds, vertices, &triangles, &holes, &open)? == 0 {
+            break;
+        }
     }
+    // Where more vertices did not help, those that were there stay as they were.
+    let (kept, repaired) = best.unwrap_or_default();
+    *vertices = kept;
+    Ok(repaired)
 }
 
 /// Vertices at edges with one face that are not on the bounds, at points where the surface touches itself, and without a face.
@@ -63,14 +76,7 @@ pub(super) fn open_places(vertices: &Vertices, triangles: &Triangles, left_out: 
             }
         }
     }
-    if out.is_empty() {
-        // Only where edges are in order do fans say something.
-        let topology = Topology::of(vertices.len(), &triangles.faces);
-        out.extend(topology.faults.iter().filter_map(|f| match f {
-            Fault::Vertex { vertex } | Fault::Isolated { vertex } => Some(*vertex),
-            _ => None,
-        }));
-    }
+    out.extend(triangles.pinched(vertices.len()));
     out.sort_unstable();
     out.dedup();
     out
@@ -96,7 +102,8 @@ fn refine(
     let middle = |places: &mut Vec<(V3, V3, f64, u8)>, i: u32, j: u32| {
         let (i, j) = (i as usize, j as usize);
         let (p, q) = (vertices.points[i], vertices.points[j]);
-        let faces = if vertices.share_face(i as u32, j as u32) { vertices.faces[i] & vertices.faces[j] } else { 0 };
+        let faces =
+            if vertices.share_face(i as u32, j as u32) { vertices.faces[i] & vertices.faces[j] } else { 0 };
         let spacing = 0.5 * vertices.spacing[i].min(vertices.spacing[j]);
         places.push(([0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a]), vertices.normals[i], spacing, faces));
     };
@@ -110,7 +117,8 @@ fn refine(
     }
     for hole in holes {
         let k = 1.0 / hole.len() as f64;
-        let sum = hole.iter().fold([0.0; 3], |s, &v| [0, 1, 2].map(|a| s[a] + vertices.points[v as usize][a]));
+        let sum =
+            hole.iter().fold([0.0; 3], |s, &v| [0, 1, 2].map(|a| s[a] + vertices.points[v as usize][a]));
         let v = hole[0] as usize;
         places.push((scale(sum, k), vertices.normals[v], 0.5 * vertices.spacing[v], 0));
         for (n, &i) in hole.iter().enumerate() {

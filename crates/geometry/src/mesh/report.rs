@@ -1,6 +1,6 @@
 //! What is known of a mesh.
 
-use isoswarm_field::vector::V3;
+use isoswarm_field::vector::{V3, dot};
 use isoswarm_field::{FieldError, Surface};
 use isoswarm_particles::{Samples, Status};
 
@@ -18,6 +18,10 @@ pub struct MeshReport {
     pub quality: Quality,
     /// Largest distance |F|/|∇F| of a triangle's centre from the surface, model units.
     pub max_distance: f64,
+    /// Edges of the mesh that are creases of the surface: numbers of both ends.
+    pub creases: Vec<[u32; 2]>,
+    /// Vertices that are corners or tips of the surface.
+    pub corners: Vec<u32>,
     /// Pairs of faces that pass through each other; empty where they were not looked for.
     pub self_intersections: Vec<[u32; 2]>,
     /// Triangles that closed holes where the stars of vertices did not agree.
@@ -34,6 +38,9 @@ pub struct MeshReport {
     pub doubtful: Vec<V3>,
     /// What the user should know, a sentence each.
     pub warnings: Vec<String>,
+    /// Whether the mesh has the topology that is proven of the surface; `None` where none was proven, or asked for: see
+    /// [`MeshReport::certify`].
+    pub certified: Option<bool>,
 }
 
 impl MeshReport {
@@ -44,6 +51,19 @@ impl MeshReport {
     /// does not pass through itself as far as that was looked for.
     pub fn is_sound(&self) -> bool {
         self.topology.is_manifold() && self.doubtful.is_empty() && self.self_intersections.is_empty()
+    }
+
+    pub(super) fn not_on_creases(&mut self, vertices: &Vertices, missing: &[[u32; 2]]) {
+        if missing.is_empty() {
+            return;
+        }
+        self.warnings.push(format!(
+            "{} parts of the surface's edges are crossed by triangles, where details are finer than the triangles; see the \
+             doubtful places",
+            missing.len()
+        ));
+        let places = missing.iter().map(|[a, _]| vertices.points[*a as usize]);
+        self.doubtful.extend(places.take(Self::MOST_PLACES));
     }
 
     pub(super) fn left_out(&mut self, vertices: &Vertices, left_out: &[u32]) {
@@ -105,7 +125,10 @@ impl MeshReport {
             ));
         }
         if !self.self_intersections.is_empty() {
-            self.warnings.push(format!("{} pairs of triangles pass through each other", self.self_intersections.len()));
+            self.warnings.push(format!(
+                "{} pairs of triangles pass through each other",
+                self.self_intersections.len()
+            ));
             let places = self.self_intersections.iter().map(|p| mesh.corners(p[0] as usize)[0]);
             self.doubtful.extend(places);
         }
@@ -113,9 +136,35 @@ impl MeshReport {
         if parts != known && !mesh.faces.is_empty() {
             self.warnings.push(format!("the mesh has {parts} components, the swarm {known}"));
         }
+        let bent = self.bent(mesh);
+        if !bent.is_empty() {
+            self.warnings.push(format!(
+                "the surface bends by more than 60 degrees within {} triangles, listed as doubtful: a crease, a singular point, or details finer \
+                 than the spacing",
+                bent.len()
+            ));
+            self.doubtful.extend(bent);
+        }
         let singular = mesh.normals.iter().filter(|n| **n == [0.0; 3]).count();
         if singular > 0 {
             self.warnings.push(format!("{singular} vertices lie where the gradient vanishes"));
         }
+    }
+}
+
+impl MeshReport {
+    /// Centres of triangles whose corners' normals are more than 60 degrees apart; vertices on creases, which have more than one, do not
+    /// count.
+    fn bent(&self, mesh: &Mesh) -> Vec<V3> {
+        let mut edged = vec![false; mesh.points.len()];
+        self.creases.iter().flatten().chain(&self.corners).for_each(|&v| edged[v as usize] = true);
+        let apart = |f: &[u32; 3]| {
+            (0..3).any(|k| {
+                let (a, b) = (f[k] as usize, f[(k + 1) % 3] as usize);
+                !edged[a] && !edged[b] && dot(mesh.normals[a], mesh.normals[b]) < 0.5
+            })
+        };
+        let faces: Vec<[u32; 3]> = mesh.faces.iter().copied().filter(apart).collect();
+        centres(&mesh.points, &faces)
     }
 }

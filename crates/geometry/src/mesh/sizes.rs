@@ -13,6 +13,8 @@ const TURN: f64 = 0.7;
 const FEW: usize = 2000;
 /// Part of the vertices that may go where the surface bends more than the spacing allows.
 const SHARE: f64 = 0.5;
+/// Steps of samples that start from others.
+const STEPS: usize = 10;
 /// Samples that tell the curvature where a distance is asked for.
 const PILOT: usize = 4000;
 /// Area of a vertex' cell over the square of the distance to the nearest, on average.
@@ -36,6 +38,7 @@ pub(super) fn sample(
     bounds: &Aabb,
     resolution: Resolution,
     density: Density<'_>,
+    creases: bool,
     (seed, most): (u64, usize),
     progress: Option<&mut ProgressFn<'_>>,
 ) -> Result<Sampled, Error> {
@@ -57,15 +60,20 @@ pub(super) fn sample(
     let first = particles::sample(
         surface,
         bounds,
-        Options { amount, density, seed, most, progress: Some(&mut tell), ..Options::default() },
+        Options { amount, density, creases, seed, most, progress: Some(&mut tell), ..Options::default() },
     )?;
     let mut out = Sampled { samples: first, evaluations: 0, warnings: Vec::new() };
-    let stopped = matches!(&out.samples.report.status, Status::NotConverged(_)) && out.samples.points.is_empty();
+    let stopped =
+        matches!(&out.samples.report.status, Status::NotConverged(_)) && out.samples.points.is_empty();
     if out.samples.points.is_empty() || stopped {
         return Ok(out);
     }
     let Some(plan) = Plan::new(&out.samples, resolution, &density)? else { return Ok(out) };
     out.warnings.extend(plan.warning());
+    if plan.turn.is_some() {
+        // Vertices that would not resolve it there are missed elsewhere.
+        return Ok(out);
+    }
     let sizes = |points: &[V3], result: &mut [f64]| plan.density(surface, points, result);
     let n = (plan.count.ceil() as usize).clamp(out.samples.report.components.max(12), most.max(1));
     if plan.count > most as f64 {
@@ -78,15 +86,21 @@ pub(super) fn sample(
         Options {
             amount: Amount::Count(n),
             density: Density::Function(&sizes),
+            creases,
             seed,
             most,
             start: Some(&start),
+            // Smoothing evens out what is left.
+            steps: Some(STEPS),
             progress: Some(&mut tell),
             ..Options::default()
         },
     )?;
     out.evaluations = out.samples.report.evaluations;
-    out.samples = second;
+    out.samples = Samples {
+        report: particles::Report { status: out.samples.report.status, ..second.report },
+        ..second
+    };
     Ok(out)
 }
 
@@ -121,7 +135,9 @@ impl<'a> Plan<'a> {
             let mut plan =
                 Self { density: Density::Uniform, base, factor, power: 1, count: 0.0, bent: 0.0, turn: None };
             let least = plan.base;
-            plan.count = (0..n).map(|i| samples.areas[i] * if known(i) { least.max(factor * bend(i)) } else { least }).sum();
+            plan.count = (0..n)
+                .map(|i| samples.areas[i] * if known(i) { least.max(factor * bend(i)) } else { least })
+                .sum();
             return Ok(Some(plan));
         }
         if matches!(density, Density::Curvature) {
@@ -142,7 +158,10 @@ impl<'a> Plan<'a> {
             _ => f64::INFINITY,
         };
         let sum = |base: f64, factor: f64| -> f64 {
-            let one = |i: usize| samples.areas[i] * (base * asked[i]).max(if known(i) { factor * bend(i).powi(2) } else { 0.0 });
+            let one = |i: usize| {
+                samples.areas[i]
+                    * (base * asked[i]).max(if known(i) { factor * bend(i).powi(2) } else { 0.0 })
+            };
             (0..n).map(one).sum()
         };
         let mut turn = TURN;
@@ -163,14 +182,22 @@ impl<'a> Plan<'a> {
         let count = if total.is_finite() { total } else { sum(base, factor(turn)) };
         let bent = bent as f64 / n as f64;
         let turn_off = (turn > 1.5 * TURN).then_some(turn);
-        Ok(Some(Self { density: *density, base, factor: factor(turn), power: 2, count, bent, turn: turn_off }))
+        Ok(Some(Self {
+            density: *density,
+            base,
+            factor: factor(turn),
+            power: 2,
+            count,
+            bent,
+            turn: turn_off,
+        }))
     }
 
     fn warning(&self) -> Option<String> {
         let turn = self.turn?;
         Some(format!(
-            "{:.1} % of the samples lie where the surface bends within less than their spacing, by about {turn:.1} radians from vertex \
-             to vertex even where they are densest; ask for {:.0} vertices to resolve it",
+            "{:.1} % of the samples lie where the surface bends by more than {TURN} radians within their spacing, and would if half of \
+             the vertices went there; about {:.0} vertices resolve it",
             100.0 * self.bent,
             self.count * (turn / TURN).powi(2),
         ))

@@ -23,8 +23,13 @@ pub(super) fn smooth(
     let n = vertices.len();
     let (mut sum, mut weight, mut longest) = (vec![[0.0; 3]; n], vec![0.0; n], vec![0.0f64; n]);
     let mut ends = vec![0u8; n];
-    for (f, across) in triangles.faces.iter().zip(&triangles.across) {
-        let (centre, area, side) = aim(f.map(|v| vertices.points[v as usize]));
+    let aims: Vec<(V3, f64, f64)> = triangles
+        .faces
+        .par_iter()
+        .with_min_len(2048)
+        .map(|f| aim(f.map(|v| vertices.points[v as usize])))
+        .collect();
+    for ((f, across), (centre, area, side)) in triangles.faces.iter().zip(&triangles.across).zip(aims) {
         for k in 0..3 {
             let (v, next) = (f[k] as usize, f[(k + 1) % 3]);
             longest[v] = longest[v].max(side);

@@ -65,7 +65,13 @@ impl<'a> Votes<'a> {
                     for (k, &a) in ring.iter().enumerate() {
                         let b = ring[next(k, ring.len())];
                         let i = i as u32;
-                        out.push(real(a) && real(b) && a != b && follows(rings, a, b, i) && follows(rings, b, i, a));
+                        out.push(
+                            real(a)
+                                && real(b)
+                                && a != b
+                                && follows(rings, a, b, i)
+                                && follows(rings, b, i, a),
+                        );
                     }
                 }
                 out
@@ -101,7 +107,9 @@ impl<'a> Votes<'a> {
     /// Whether the edge belongs to a triangle that is taken.
     pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
         let ring = self.rings.of(a as usize);
-        ring.iter().position(|&j| j == b).is_some_and(|k| self.taken(a, k) || self.taken(a, previous(k, ring.len())))
+        ring.iter()
+            .position(|&j| j == b)
+            .is_some_and(|k| self.taken(a, k) || self.taken(a, previous(k, ring.len())))
     }
 
     /// The neighbours of a vertex.

@@ -14,7 +14,11 @@ const SPREAD: f64 = 0.25;
 
 /// Takes out inner vertices with four triangles or fewer and splits those with eight or more: others than 5 to 7 make poor
 /// triangles wherever they are. Gives how many vertices came and went; numbers of vertices and faces change.
-pub(super) fn mend(triangles: &mut Triangles, vertices: &mut Vertices, held: &mut Vec<bool>) -> (usize, usize) {
+pub(super) fn mend(
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+) -> (usize, usize) {
     let before = vertices.len();
     let mut face_of = vec![NONE; before];
     let mut valence = vec![0usize; before];
@@ -62,7 +66,12 @@ pub(super) fn mend(triangles: &mut Triangles, vertices: &mut Vertices, held: &mu
 }
 
 /// Keeps the vertices that are not `dead`, which must belong to no face.
-pub(super) fn drop_vertices(triangles: &mut Triangles, vertices: &mut Vertices, held: &mut Vec<bool>, dead: &[bool]) {
+pub(super) fn drop_vertices(
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+    dead: &[bool],
+) {
     let mut number = Vec::with_capacity(dead.len());
     let mut n = 0;
     for d in dead {
@@ -114,7 +123,13 @@ fn take_out(
 }
 
 /// Splits a vertex in two that share its neighbours.
-fn split(triangles: &mut Triangles, vertices: &mut Vertices, valence: &[usize], v: usize, fan: &[(u32, u32)]) -> bool {
+fn split(
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    valence: &[usize],
+    v: usize,
+    fan: &[(u32, u32)],
+) -> bool {
     let n = fan.len();
     let half = n / 2;
     // Two opposite neighbours get a triangle more: those with the fewest.

@@ -4,6 +4,8 @@ use isoswarm_field::vector::{V3, along, dot, norm, unit};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles::Samples;
 
+use super::connect::NONE;
+
 /// Distance from a face, in spacings, up to which a sample counts as on it.
 const ON_FACE: f64 = 1e-4;
 
@@ -17,6 +19,8 @@ pub(super) struct Vertices {
     pub(super) spacing: Vec<f64>,
     /// Bit a: on a face of the bounds across axis a.
     pub(super) faces: Vec<u8>,
+    /// Number of the point of a crease that a vertex is, which stays where it is; [`NONE`] for all others.
+    pub(super) crease: Vec<u32>,
 }
 
 impl Vertices {
@@ -27,7 +31,10 @@ impl Vertices {
             normals: samples.normals.clone(),
             spacing: samples.radii.iter().map(|r| 2.0 * r).collect(),
             faces: Vec::new(),
+            crease: vec![NONE; samples.points.len()],
         };
+        let on_creases = samples.creases.as_ref().map_or(0, |c| c.points.len());
+        (0..on_creases).for_each(|i| out.crease[i] = i as u32);
         for (p, s) in out.points.iter_mut().zip(&out.spacing) {
             out.faces.push(snap(p, bounds, ON_FACE * s));
         }
@@ -48,6 +55,13 @@ impl Vertices {
         self.normals.push(normal);
         self.spacing.push(spacing);
         self.faces.push(faces);
+        self.crease.push(NONE);
+    }
+
+    /// Whether vertex `i` is a point of a crease.
+    #[inline(always)]
+    pub(super) fn on_crease(&self, i: usize) -> bool {
+        self.crease[i] != NONE
     }
 
     /// Keeps those for which `keep` holds.
@@ -63,12 +77,17 @@ impl Vertices {
         only(&mut self.normals, &keep);
         only(&mut self.spacing, &keep);
         only(&mut self.faces, &keep);
+        only(&mut self.crease, &keep);
     }
 
     /// The spacing, as rings want it: one number where all are about equal.
     pub(super) fn reach(&self) -> Vec<f64> {
         let mean = self.mean();
-        if self.spacing.iter().all(|s| (s / mean - 1.0).abs() < 0.5) { vec![mean] } else { self.spacing.clone() }
+        if self.spacing.iter().all(|s| (s / mean - 1.0).abs() < 0.5) {
+            vec![mean]
+        } else {
+            self.spacing.clone()
+        }
     }
 
     /// Whether two vertices lie on one face of the bounds.

@@ -101,7 +101,7 @@ pub(crate) fn run(
             .push(format!("this scheme meets a number only about: {} samples for n = {n}", swarm.len()));
     }
     let unit = linear(seeds.area / swarm.len() as f64, walls.axes);
-    finish(run, surface, seeds, swarm, unit, status)
+    finish(run, surface, seeds, swarm, unit, status, None)
 }
 
 /// The first seed of each component.

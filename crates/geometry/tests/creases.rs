@@ -1,0 +1,127 @@
+//! Meshes of surfaces with creases: no triangle crosses one.
+
+use std::f64::consts::PI;
+
+use isoswarm_field::vector::{dot, norm, unit};
+use isoswarm_field::{Aabb, Field, text};
+use isoswarm_geometry::{MeshOptions, Meshed, Resolution, mesh};
+
+fn made(formula: &str, half: f64, n: usize) -> Meshed {
+    let field = Field::new(&text::parse(formula, &[]).unwrap()).unwrap();
+    let bounds = Aabb::new([-half; 3], [half; 3]);
+    let out = mesh(&field, &bounds, MeshOptions { resolution: Resolution::Count(n), ..Default::default() })
+        .unwrap();
+    println!(
+        "{formula} {n}: {:?} euler {:?} warnings {:?} doubtful {} filled {} intersections {}",
+        out.report.topology.faults,
+        out.report.topology.euler,
+        out.report.warnings,
+        out.report.doubtful.len(),
+        out.report.filled,
+        out.report.self_intersections.len()
+    );
+    out
+}
+
+fn near(a: f64, b: f64, relative: f64) {
+    assert!((a / b - 1.0).abs() < relative, "{a} instead of {b}");
+}
+
+const CUBE: &str = "max(abs(x), max(abs(y), abs(z))) - 1";
+const CSG: &str = "max(max(max(abs(x),max(abs(y),abs(z)))-0.75,x^2+y^2+z^2-1),\
+                   max(0.16-x^2-y^2,max(0.16-y^2-z^2,0.16-z^2-x^2)))";
+
+#[test]
+fn a_cube_is_meshed_exactly() {
+    for n in [300, 1000, 5000] {
+        let out = made(CUBE, 1.2, n);
+        assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report);
+        assert_eq!(out.report.topology.euler, [2]);
+        near(out.mesh.volume(), 8.0, 1e-12);
+        near(out.mesh.area(), 24.0, 1e-12);
+        for f in 0..out.mesh.faces.len() {
+            let n = unit(out.mesh.face_vector(f));
+            assert_eq!(n.iter().filter(|v| **v == 0.0).count(), 2, "{n:?}");
+        }
+        assert!(out.report.quality.q_avg > 0.9);
+    }
+}
+
+#[test]
+fn a_turned_cube_is_meshed_as_well() {
+    let out = made("rotate(box(2, 2, 2), angle=1, ax=0.3, ay=1, az=-0.2)", 1.9, 3000);
+    assert!(out.report.is_sound() && out.report.topology.is_closed(), "{:?}", out.report);
+    near(out.mesh.volume(), 8.0, 1e-12);
+    near(out.mesh.area(), 24.0, 1e-12);
+}
+
+#[test]
+fn the_classic_part_has_five_handles() {
+    let out = made(CSG, 1.05, 5000);
+    assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report);
+    assert_eq!(out.report.topology.euler, [-8]);
+    // No corner of a triangle lies on another piece than the triangle does.
+    let pieces: [fn([f64; 3]) -> f64; 5] = [
+        |p| p.iter().fold(0.0f64, |m, v| m.max(v.abs())) - 0.75,
+        |p| norm(p) - 1.0,
+        |p| 0.4 - (p[0] * p[0] + p[1] * p[1]).sqrt(),
+        |p| 0.4 - (p[1] * p[1] + p[2] * p[2]).sqrt(),
+        |p| 0.4 - (p[2] * p[2] + p[0] * p[0]).sqrt(),
+    ];
+    for f in 0..out.mesh.faces.len() {
+        let corners = out.mesh.corners(f);
+        let one = pieces.iter().any(|piece| corners.iter().all(|c| piece(*c).abs() < 1e-9));
+        assert!(one, "{corners:?}");
+    }
+}
+
+#[test]
+fn two_balls_meet_in_a_circle() {
+    let out = made("min((x - 0.6)^2 + y^2 + z^2 - 1, (x + 0.6)^2 + y^2 + z^2 - 1)", 1.8, 4000);
+    assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report);
+    assert_eq!(out.report.topology.euler, [2]);
+    let on: Vec<_> = out.report.creases.iter().flatten().collect();
+    assert!(on.len() > 100);
+    for &&v in &on {
+        let p = out.mesh.points[v as usize];
+        assert!(p[0].abs() < 1e-14 && ((p[1] * p[1] + p[2] * p[2]).sqrt() - 0.8).abs() < 1e-14);
+    }
+    // No triangle from one ball to the other.
+    for f in 0..out.mesh.faces.len() {
+        let x = out.mesh.corners(f).map(|c| c[0]);
+        assert!(x.iter().all(|x| *x > -1e-12) || x.iter().all(|x| *x < 1e-12));
+    }
+    near(out.mesh.volume(), 7.506312046977212, 3e-3);
+}
+
+#[test]
+fn other_parts_are_sound() {
+    for (formula, euler, volume) in [
+        ("cylinder(r=0.7, h=1.5)", 2, PI * 0.49 * 1.5),
+        ("box(1.4, 1.4, 1.4) - box(0.8, 0.8, 4)", 0, 1.4f64.powi(3) - 0.64 * 1.4),
+        (
+            "box(1.4, 1.4, 1.4) - translate(box(1, 1, 1), x=0.7, y=0.7, z=0.7)",
+            2,
+            1.4f64.powi(3) - 0.5f64.powi(3),
+        ),
+        ("shell(box(1.4, 1.4, 1.4), thickness=0.3)", 0, f64::NAN),
+        ("smooth_union(sphere(r=1), torus(major=1.2, minor=0.3), k=0.1) - box(0.8, 0.8, 4)", 0, f64::NAN),
+    ] {
+        let out = made(formula, 1.8, 4000);
+        assert!(
+            out.report.topology.is_closed() && out.report.is_sound(),
+            "{formula}: {:?}",
+            out.report.warnings
+        );
+        let all: i64 = out.report.topology.euler.iter().sum();
+        assert_eq!(all, if formula.starts_with("shell") { 4 } else { euler }, "{formula}");
+        if volume > 0.0 {
+            near(out.mesh.volume(), volume, 3e-3);
+        }
+        let level = |f: usize| {
+            let n = unit(out.mesh.face_vector(f));
+            out.mesh.faces[f].iter().all(|&v| dot(out.mesh.normals[v as usize], n) > 0.2)
+        };
+        assert!((0..out.mesh.faces.len()).all(level), "{formula}");
+    }
+}

@@ -1,0 +1,245 @@
+//! Creases: the curves along which a surface has an edge, and the corners where they meet.
+//!
+//! A surface made of minima and maxima has edges where one of them switches: on the curves F = G = 0, G the difference
+//! of its operands. Boxes that may hold such points are found by interval subdivision, points in them by Newton's
+//! method, and from these the curves are followed to their ends.
+
+mod network;
+mod sides;
+mod solve;
+mod spread;
+mod trace;
+
+use isoswarm_field::switches::Desk;
+use isoswarm_field::{Aabb, Surface};
+
+use crate::Error;
+use crate::constraint::Walls;
+use crate::vector::{V3, dot};
+use network::{Line, Network};
+use solve::Solver;
+pub use trace::End;
+use trace::{Knot, Tracer};
+
+/// What is asked of [`creases`].
+#[derive(Clone, Copy, Debug)]
+pub struct CreaseOptions {
+    /// Distance between points along a crease (> 0, model units); each edge gets the whole number of parts that comes
+    /// nearest to it.
+    pub spacing: f64,
+    /// Least angle between the normals of the two sides (radians). Default: .02.
+    pub angle: f64,
+    /// Most boxes that the surface is divided into to find creases; smaller closed creases than a box may be missed
+    /// where others are near. Default: 60,000.
+    pub boxes: usize,
+}
+
+impl CreaseOptions {
+    /// The defaults for a spacing.
+    pub fn new(spacing: f64) -> Self {
+        Self { spacing, angle: 0.02, boxes: 60_000 }
+    }
+}
+
+/// An edge: a crease from end to end, or a closed one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Numbers of its points in [`Creases::points`], in order; a closed edge does not repeat the first.
+    pub points: Vec<u32>,
+    /// Outward unit normals of the surface at each of its points, on the left and on the right side for who walks along
+    /// the points on the outside.
+    pub normals: Vec<[V3; 2]>,
+    /// Whether it is closed.
+    pub closed: bool,
+    /// How it begins and ends; meaningless where it is closed.
+    pub ends: [End; 2],
+    /// Arc length (model units).
+    pub length: f64,
+}
+
+impl Edge {
+    /// Pairs of points that follow each other.
+    pub fn segments(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let n = self.points.len();
+        let count = if self.closed { n } else { n.saturating_sub(1) };
+        (0..count).map(move |k| [self.points[k], self.points[(k + 1) % n]])
+    }
+}
+
+/// All creases of a surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Creases {
+    /// Points on creases: first the ends of edges, each once, then tips (such as a cone's), then the others, edge by edge.
+    pub points: Vec<V3>,
+    /// Numbers of the points that are corners or tips.
+    pub corners: Vec<u32>,
+    /// The edges.
+    pub edges: Vec<Edge>,
+    /// Whether intervals vouch for every crease lying in one of the boxes that were searched.
+    pub certified: bool,
+    /// What should be known besides, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Creases {
+    /// For each point the unit vector in the middle of the normals of all sides that meet there.
+    pub fn mean_normals(&self) -> Vec<V3> {
+        let mut sum = vec![[0.0; 3]; self.points.len()];
+        for edge in &self.edges {
+            for (&p, sides) in edge.points.iter().zip(&edge.normals) {
+                for n in sides {
+                    sum[p as usize] = crate::vector::add(sum[p as usize], *n);
+                }
+            }
+        }
+        sum.into_iter().map(crate::vector::unit).collect()
+    }
+
+    /// Length of all edges (model units).
+    pub fn length(&self) -> f64 {
+        self.edges.iter().fold(0.0, |sum, e| sum + e.length)
+    }
+}
+
+/// Trace steps over the spacing and over the side of a box.
+const STEP: f64 = 0.5;
+/// Sides of boxes over the bounds' longest side, at most.
+const COARSEST: f64 = 1.0 / 48.0;
+/// Radius of the circle that sides are looked at on, over the size of the coordinates.
+const RADIUS: f64 = 1e-6;
+
+/// Finds the creases of the surface F = 0 in `bounds` (finite corners, lo < hi). Surfaces in the plane have none.
+///
+/// # Errors
+/// A spacing or bounds that make no sense, and whatever the field reports.
+///
+/// ```
+/// use isoswarm_field::{Aabb, Field, text};
+/// use isoswarm_particles::creases::{CreaseOptions, creases};
+/// let cube = Field::new(&text::parse("max(abs(x), max(abs(y), abs(z))) - 1", &[])?)?;
+/// let found = creases(&cube, &Aabb::new([-1.2; 3], [1.2; 3]), CreaseOptions::new(0.1))?;
+/// assert_eq!((found.corners.len(), found.edges.len()), (8, 12));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> Result<Creases, Error> {
+    check(surface, bounds, &options)?;
+    if surface.axes() != 3 {
+        return Ok(Creases { certified: true, ..Creases::default() });
+    }
+    let Some(switches) = surface.switches() else {
+        let warning =
+            "creases are not known: the surface has an opaque part, whose minima and maxima cannot be seen";
+        return Ok(Creases { warnings: vec![warning.into()], ..Creases::default() });
+    };
+    if switches.is_empty() {
+        return Ok(Creases { certified: true, ..Creases::default() });
+    }
+    let walls = Walls::new(bounds, 3);
+    let longest = (0..3).map(|a| bounds.hi[a] - bounds.lo[a]).fold(0.0, f64::max);
+    let (boxes, side) = switches.boxes(bounds, options.spacing.min(COARSEST * longest), options.boxes);
+    let scale = (0..3).map(|a| walls.lo[a].abs().max(walls.hi[a].abs())).fold(longest, f64::max);
+    let mut tracer = Tracer {
+        solver: Solver::new(&switches, scale),
+        surface,
+        bounds: *bounds,
+        step: STEP * options.spacing.min(side),
+        radius: RADIUS * scale,
+        least: options.angle,
+        evaluations: 0,
+        desk: Desk::default(),
+        near: None,
+    };
+    let tips = network::tips(&mut tracer, &boxes)?;
+    let Some(mut network) = network::find(&mut tracer, &boxes, &mut |_| true)? else {
+        return Ok(Creases::default());
+    };
+    network.drop_around(&tips, tracer.step);
+    collect(&mut tracer, &network, &tips, options.spacing)
+}
+
+/// Points on the lines of a network at the spacing.
+fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64) -> Result<Creases, Error> {
+    let (ends, numbers) = network.corners(tracer.step);
+    let mut out = Creases { points: ends, certified: true, ..Creases::default() };
+    let mut is_corner = vec![false; out.points.len()];
+    // Tips without an edge; others are corners already.
+    for tip in tips {
+        let near = |p: &V3| crate::vector::distance(*p, *tip) <= 1e-3 * tracer.step;
+        if !out.points.iter().any(near) {
+            out.points.push(*tip);
+            is_corner.push(true);
+        }
+    }
+    for (line, numbers) in network.lines.iter().zip(&numbers) {
+        let length = line.length();
+        let least = if line.ends.is_none() { 3.0 } else { 1.0 };
+        let count = (length / spacing).round().max(least) as usize;
+        let mut edge = Edge {
+            points: Vec::with_capacity(count + 1),
+            normals: Vec::with_capacity(count + 1),
+            closed: line.ends.is_none(),
+            ends: line.ends.unwrap_or([End::Lost; 2]),
+            length,
+        };
+        let parts = line.parts(count);
+        let last = parts.len() - 1;
+        for (k, &(p, t)) in parts.iter().enumerate() {
+            let end = (!edge.closed && (k == 0 || k == last)).then(|| usize::from(k != 0));
+            if let Some(e) = end {
+                is_corner[numbers[e]] |= edge.ends[e] == End::Corner;
+                edge.points.push(numbers[e] as u32);
+                let knot = if e == 0 { &line.knots[0] } else { &line.knots[line.knots.len() - 1] };
+                edge.normals.push(knot.sides.map(|s| s.normal));
+                continue;
+            }
+            let knot = settle(tracer, line, p, t)?;
+            edge.points.push(out.points.len() as u32);
+            out.points.push(knot.p);
+            edge.normals.push(knot.sides.map(|s| s.normal));
+        }
+        out.edges.push(edge);
+    }
+    out.corners = (0..is_corner.len() as u32).filter(|&i| is_corner[i as usize]).collect();
+    let lost = network.doubts;
+    if lost > 0 {
+        out.warnings.push(format!(
+            "{lost} ends of creases could not be followed further: the surface has details there that are finer than the \
+             search; a smaller spacing may resolve them"
+        ));
+    }
+    Ok(out)
+}
+
+/// The point of a line near a guess.
+fn settle(tracer: &mut Tracer<'_>, line: &Line, p: V3, t: V3) -> Result<Knot, Error> {
+    if let Some(at) = tracer.near(p, line.switch, tracer.step) {
+        let t = if dot(at.t, t) < 0.0 { at.t.map(|c| -c) } else { at.t };
+        if let Some(knot) = tracer.knot(at.p, t)? {
+            return Ok(knot);
+        }
+    }
+    let nearest = line
+        .knots
+        .iter()
+        .min_by(|a, b| crate::vector::distance(a.p, p).total_cmp(&crate::vector::distance(b.p, p)));
+    Ok(nearest.unwrap_or(&line.knots[0]).clone())
+}
+
+fn check(surface: &dyn Surface, bounds: &Aabb, options: &CreaseOptions) -> Result<(), Error> {
+    let fine = |a: usize| bounds.lo[a].is_finite() && bounds.hi[a].is_finite() && bounds.lo[a] < bounds.hi[a];
+    if !(0..surface.axes()).all(fine) {
+        return Err(Error::Bounds { given: format!("{:?} to {:?}", bounds.lo, bounds.hi) });
+    }
+    let wrong = |name, expected: &str, given: f64| Error::Option {
+        name,
+        expected: expected.into(),
+        given: given.to_string(),
+    };
+    if !(options.spacing.is_finite() && options.spacing > 0.0) {
+        return Err(wrong("spacing", "a positive, finite length", options.spacing));
+    }
+    if !(options.angle > 0.0 && options.angle < 3.0) {
+        return Err(wrong("angle", "an angle in radians between 0 and 3", options.angle));
+    }
+    Ok(())
+}

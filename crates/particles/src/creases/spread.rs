@@ -1,0 +1,71 @@
+//! Points on creases, evenly by arc length.
+
+use super::network::Line;
+use super::trace::Knot;
+use crate::vector::{V3, add, distance, scale};
+
+/// Length of the arc between two knots: that of the circle with the same chord and the same turn of the tangent.
+pub(super) fn arc(a: &Knot, b: &Knot) -> f64 {
+    let turn = 2.0 * asin(0.5 * distance(a.t, b.t));
+    let chord = distance(a.p, b.p);
+    // (θ/2) / sin(θ/2)
+    let half = 0.5 * turn;
+    if half < 1e-4 {
+        chord * (1.0 + half * half / 6.0)
+    } else {
+        chord * half / isoswarm_field::math::sin(half)
+    }
+}
+
+fn asin(v: f64) -> f64 {
+    isoswarm_field::math::asin(v.min(1.0))
+}
+
+impl Line {
+    /// Pairs of knots that follow each other.
+    fn segments(&self) -> impl Iterator<Item = (&Knot, &Knot)> {
+        let n = self.knots.len();
+        let count = if self.ends.is_none() { n } else { n.saturating_sub(1) };
+        (0..count).map(move |k| (&self.knots[k], &self.knots[(k + 1) % n]))
+    }
+
+    /// Arc length.
+    pub(super) fn length(&self) -> f64 {
+        self.segments().map(|(a, b)| arc(a, b)).sum()
+    }
+
+    /// Guesses of the points at `count` equal parts of the length, with tangents: the first knot is the first of them, and the
+    /// end comes last unless the line is closed.
+    pub(super) fn parts(&self, count: usize) -> Vec<(V3, V3)> {
+        let total = self.length();
+        let mut out = vec![(self.knots[0].p, self.knots[0].t)];
+        let (mut done, mut next) = (0.0, 1);
+        for (a, b) in self.segments() {
+            let length = arc(a, b);
+            while next < count && total * next as f64 / count as f64 <= done + length {
+                let part = (total * next as f64 / count as f64 - done) / length;
+                out.push(between(a, b, part.clamp(0.0, 1.0), length));
+                next += 1;
+            }
+            done += length;
+        }
+        if self.ends.is_some()
+            && let Some(last) = self.knots.last()
+        {
+            out.push((last.p, last.t));
+        }
+        out
+    }
+}
+
+/// A point and the tangent on Hermite's cubic from `a` to `b`, whose speed is about `length`.
+fn between(a: &Knot, b: &Knot, s: f64, length: f64) -> (V3, V3) {
+    let (s2, s3) = (s * s, s * s * s);
+    let mix = |w: [f64; 4]| {
+        let ends = add(scale(a.p, w[0]), scale(b.p, w[1]));
+        add(ends, add(scale(a.t, w[2] * length), scale(b.t, w[3] * length)))
+    };
+    let p = mix([2.0 * s3 - 3.0 * s2 + 1.0, 3.0 * s2 - 2.0 * s3, s3 - 2.0 * s2 + s, s3 - s2]);
+    let t = mix([6.0 * s2 - 6.0 * s, 6.0 * s - 6.0 * s2, 3.0 * s2 - 4.0 * s + 1.0, 3.0 * s2 - 2.0 * s]);
+    (p, crate::vector::unit(t))
+}
