@@ -14,7 +14,7 @@ test('thumbnails', async ({ studio }) => {
   await studio.keyboard.press('Escape');
   await studio.keyboard.press('\\');
   await studio.addStyleTag({
-    content: 'html, body, .stage { background: transparent !important } .studio > :not(main), main > :not(canvas), .overlay { visibility: hidden !important }',
+    content: 'html, body, .stage { background: transparent !important } .studio > :not(main, dialog), main > :not(canvas), .overlay { visibility: hidden !important }',
   });
   // Nothing moves: scenes open with floaters that lie evenly.
   await studio.keyboard.press(' ');
