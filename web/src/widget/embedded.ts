@@ -14,22 +14,36 @@ export function isEmbedded(): boolean {
 export function embed(client: Client, open: (text: string) => Promise<unknown>): Promise<void> {
   const send = (message: FromStudio) => window.parent.postMessage(message, '*');
   let last = '';
-  /** What came from outside is not told back. */
+  /** Changes from outside that are being taken over: they are not told back. */
+  let taking = 0;
   const tell = async (silently: boolean) => {
     const shared = await sharedOf(client);
-    const text = JSON.stringify(shared);
+    // Steps alone change nothing that is shared.
+    const text = JSON.stringify({ ...shared, document: shared.document.replace(/"clock": \d+/, '') });
     if (text === last) return;
     last = text;
     if (!silently) send({ type: 'isoswarm-changed', ...shared });
+  };
+  const takeOver = async (work: Promise<unknown>) => {
+    taking++;
+    try {
+      await work;
+      await client.save();
+      await tell(true);
+    } finally {
+      taking--;
+    }
   };
   return new Promise((resolve, reject) => {
     window.addEventListener('message', event => {
       if (event.source !== window.parent) return;
       const message = event.data as ToStudio;
-      const done = take(client, message, open);
-      done?.then(() => tell(true)).then(resolve, reject);
+      const work = take(client, message, open);
+      if (work) takeOver(work).then(resolve, reject);
     });
-    client.on('saved', () => void tell(false).catch(() => undefined));
+    client.on('saved', () => {
+      if (taking === 0) void tell(false).catch(() => undefined);
+    });
     send({ type: 'isoswarm-ready' });
   });
 }
