@@ -1,5 +1,5 @@
-/** Draws the gallery's thumbnails: `THUMBNAILS=1 npx playwright test thumbnails`, then build again. */
-import { writeFileSync } from 'node:fs';
+/** Draws thumbnails that the gallery lacks: `THUMBNAILS=1 npx playwright test thumbnails`, then build again. */
+import { existsSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { expect, fromGallery, test } from './studio.ts';
 
@@ -19,6 +19,7 @@ test('thumbnails', async ({ studio }) => {
   // Nothing moves: scenes open with floaters that lie evenly.
   await studio.keyboard.press(' ');
   for (const { id, title } of cards) {
+    if (existsSync(`${folder}${id}.webp`)) continue;
     await fromGallery(studio, title);
     await studio.keyboard.press('f');
     await studio.waitForTimeout(2000);
