@@ -125,7 +125,6 @@ fn run(surface: &dyn Surface, request: Request) -> PyResult<Samples> {
             start: request.start.as_deref(),
             most: request.most,
             steps: request.steps,
-            creases: false,
             progress: Some(&mut tick),
         },
     );
