@@ -52,7 +52,7 @@ test-python: build
 
 test-web: studio-page  ## the client in Node, native bits against those of WebAssembly, the page in Chromium
 	@mkdir -p build
-	$(CARGO) run --release --locked --quiet --package isoswarm --example parity > build/parity.json
+	$(CARGO) run --locked --quiet --package isoswarm --example parity > build/parity.json
 	npm --prefix web test --silent
 	npm --prefix web run --silent build:client
 	npm --prefix web run --silent check

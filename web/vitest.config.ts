@@ -1,5 +1,5 @@
 import { defineConfig } from 'vitest/config';
 
 export default defineConfig({
-  test: { include: ['tests/client/**/*.test.ts'], testTimeout: 60_000, pool: 'forks' },
+  test: { include: ['tests/client/**/*.test.ts'], testTimeout: 120_000, pool: 'forks' },
 });

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Studio"]
 
 
-class Studio(anywidget.AnyWidget):  # type: ignore[misc]
+class Studio(anywidget.AnyWidget):
     """The Studio for a scene: what is done there is done to the scene, and the other way round.
 
     Parameters
@@ -50,8 +50,8 @@ class Studio(anywidget.AnyWidget):  # type: ignore[misc]
     """
 
     document = traitlets.Unicode().tag(sync=True)
-    parameters = traitlets.Dict().tag(sync=True)
-    pins = traitlets.List().tag(sync=True)
+    parameters: traitlets.Dict[str, float] = traitlets.Dict().tag(sync=True)
+    pins: traitlets.List[dict[str, Any]] = traitlets.List().tag(sync=True)
     height = traitlets.Int(600).tag(sync=True)
     # Changes made in Python are counted, so that the page takes over these and not its own.
     revision = traitlets.Int(0).tag(sync=True)
@@ -149,7 +149,7 @@ def _values(text: str) -> tuple[dict[str, float], list[dict[str, Any]]]:
 
 def _same_but_values(a: str, b: str) -> bool:
     """Whether two files of scenes differ at most in values of parameters, places of pins, and the clock."""
-    return _bare(a) == _bare(b)
+    return bool(_bare(a) == _bare(b))
 
 
 def _bare(text: str) -> Any:

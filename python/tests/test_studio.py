@@ -4,6 +4,7 @@ import json
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from email.message import Message
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +32,14 @@ def server(page: Path) -> Iterator[serving.StudioServer]:
         yield running
 
 
-def get(url: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
+def get(url: str, **headers: str) -> tuple[int, Message, bytes]:
     request = urllib.request.Request(url, headers=headers)
     try:
         with urllib.request.urlopen(request, timeout=10) as answer:
-            return answer.status, dict(answer.headers), answer.read()
+            return answer.status, answer.headers, answer.read()
     except urllib.error.HTTPError as error:
         with error:
-            return error.code, dict(error.headers), error.read()
+            return error.code, error.headers, error.read()
 
 
 def test_serves_the_page_and_the_scene_and_nothing_else(server: serving.StudioServer) -> None:
@@ -79,11 +80,11 @@ def test_the_command_serves_the_model(page: Path, monkeypatch: pytest.MonkeyPatc
         seen["scene"] = json.loads(get(server.url.partition("?")[0] + "scene.iso.json")[2])
 
     monkeypatch.setattr(serving.StudioServer, "wait", wait)
-    arguments = ["studio", "sphere(r=1)", "-n", "50", "--set", "sphere/r=1.5", "--no-browser", "--port", "0"]
+    arguments = ["studio", "sphere(r)", "-n", "50", "--set", "r=1.5", "--no-browser", "--port", "0"]
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code == 0, result.output
     assert seen["scene"]["settings"]["amount"] == {"count": 50}
-    assert seen["scene"]["model"]["nodes"][0]["params"][0]["value"] == 1.5
+    assert "1.5" in json.dumps(seen["scene"]["model"])
 
 
 def widget(page: Path, scene: iso.Scene) -> Any:
@@ -126,7 +127,7 @@ def test_another_tree_on_the_page_comes_to_python(page: Path) -> None:
     scene = iso.Scene("sphere(r=1)", n=50)
     studio = widget(page, scene)
     studio.document = iso.Scene("sphere(r=1) | translate(box(1, 1, 1), x=1)", n=50).to_json()
-    assert {p.path.split("/")[0] for p in scene.parameters.now.values()} == {"sphere", "translate", "box"}
+    assert {path.split("/")[0] for path in scene.parameters.now} == {"sphere", "translate", "box"}
 
 
 def test_a_trait_that_is_set_moves_the_scene(page: Path) -> None:

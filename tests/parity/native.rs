@@ -1,7 +1,7 @@
 //! The bits of scenes after steps and scripts, as JSON by the names of `cases.json`: compared with WebAssembly's by
 //! `web/tests/client/parity.test.ts`.
 //!
-//! `cargo run --release -p isoswarm --example parity > build/parity.json`
+//! `cargo run -p isoswarm --example parity > build/parity.json`
 
 use std::collections::{BTreeMap, HashMap};
 use std::error::Error;

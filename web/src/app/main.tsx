@@ -8,7 +8,7 @@ import { first } from './gallery/scenes.ts';
 import { startAutosave } from './state/autosave.ts';
 import { beginning } from './state/beginning.ts';
 import { open } from './state/files.ts';
-import { ask, connectTo, kinds, title } from './state/session.ts';
+import { apply, ask, connectTo, kinds, title } from './state/session.ts';
 import { listenForKeys } from './state/shortcuts.ts';
 import { say } from './state/ui.ts';
 
@@ -24,7 +24,7 @@ async function start(): Promise<void> {
   const core = await client;
   connectTo(core);
   if (isEmbedded()) {
-    await embed(core, text => open({ text }, 'Notebook'));
+    await embed(core, { open: text => open({ text }, 'Notebook'), apply });
   } else {
     startAutosave();
     await beginning(first);

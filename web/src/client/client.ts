@@ -58,6 +58,10 @@ type JobName = 'mesh' | 'exportMesh' | 'exportSamples';
 
 const MEMORY_LIMIT = 2 ** 30;
 
+/** The core is started again at most so many times within so many milliseconds; then `restart()` is up to the page. */
+const MOST_STOPS = 3;
+const STOPS_WITHIN = 60_000;
+
 /** Commands after which there is nothing new to save. */
 const HARMLESS = new Set<Command['do']>(['step', 'grab']);
 
@@ -84,6 +88,8 @@ export class Client {
   #player: Player | null = null;
   #adapting = false;
   #open = false;
+  /** When the core has stopped lately (ms). */
+  #stops: number[] = [];
 
   constructor(options: ConnectOptions) {
     this.#options = { memoryLimit: MEMORY_LIMIT, saveAfter: 300, patience: 10_000, ...options };
@@ -314,11 +320,20 @@ export class Client {
 
   #start(): Link {
     const { spawn, wasm, memoryLimit } = this.#options;
-    return new Link(spawn(), wasm, memoryLimit, failure => {
+    let loaded = false;
+    const link = new Link(spawn(), wasm, memoryLimit, failure => {
       if (this.#closed) return;
       this.#tell('stopped', failure);
-      void this.restart(failure).catch(() => undefined);
+      // What cannot be loaded, or stops again and again, is not started for ever.
+      const now = performance.now();
+      this.#stops = [...this.#stops.filter(at => now - at < STOPS_WITHIN), now];
+      if (loaded && this.#stops.length <= MOST_STOPS) void this.restart(failure).catch(() => undefined);
     });
+    link.ready.then(
+      () => (loaded = true),
+      () => undefined,
+    );
+    return link;
   }
 
   #saveSoon(): void {

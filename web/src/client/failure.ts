@@ -14,15 +14,12 @@ export class CoreError extends Error {
   }
 }
 
-/** The core's memory, and what it said before it stopped. */
+/** The core's memory, its limit (bytes), and what it said before it stopped. */
 export interface Witness {
   readonly memory: WebAssembly.Memory;
   readonly limit: number;
   readonly lastWords: () => string | null;
 }
-
-/** Part of the limit from which on a failure to allocate is the reason of a trap. */
-const NEARLY = 0.75;
 
 /** What was thrown while a request was carried out. */
 export function failureOf(thrown: unknown, witness: Witness | null): Failure {
@@ -35,8 +32,9 @@ export function failureOf(thrown: unknown, witness: Witness | null): Failure {
   }
   if (isFailure(thrown)) return thrown;
   const words = witness?.lastWords() ?? null;
-  const full = witness !== null && witness.memory.buffer.byteLength > NEARLY * witness.limit;
-  if ((full && words === null) || words?.includes('memory allocation') || words?.includes('capacity overflow')) {
+  // A panic says something first; what ends without a word is an allocation that failed.
+  const wordless = words === null && thrown instanceof WebAssembly.RuntimeError && thrown.message.includes('unreachable');
+  if (wordless || words?.includes('memory allocation') || words?.includes('capacity overflow')) {
     const limit = witness ? Math.round(witness.limit / 2 ** 20) : 0;
     return {
       kind: 'memory',

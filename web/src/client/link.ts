@@ -34,6 +34,7 @@ export class Link {
   #next = 1;
   #ended: Failure | null = null;
   #cancel: Int32Array | null = null;
+  #fail: (failure: Failure) => void = () => undefined;
 
   constructor(
     private readonly transport: Transport,
@@ -47,20 +48,15 @@ export class Link {
         : null;
     this.#cancel = shared ? new Int32Array(shared) : null;
     this.ready = new Promise((resolve, reject) => {
+      this.#fail = failure => reject(new CoreError(failure));
       transport.listen(
         message => {
           this.heard = performance.now();
           if (message.type === 'ready') resolve(message.version);
-          else if (message.type === 'failure' && message.id === -1) {
-            reject(new CoreError(message.failure));
-            this.#break(message.failure);
-          } else this.#receive(message);
+          else if (message.type === 'failure' && message.id === -1) this.#break(message.failure);
+          else this.#receive(message);
         },
-        reason => {
-          const failure: Failure = { kind: 'stopped', message: reason };
-          reject(new CoreError(failure));
-          this.#break(failure);
-        },
+        reason => this.#break({ kind: 'stopped', message: reason }),
       );
     });
     this.ready.catch(() => undefined);
@@ -98,8 +94,9 @@ export class Link {
 
   /** Ends the worker; what is under way is rejected. */
   end(failure: Failure): void {
-    this.transport.terminate();
     this.#ended ??= failure;
+    this.#fail(this.#ended);
+    this.transport.terminate();
     const pending = [...this.#pending.values()];
     this.#pending.clear();
     for (const p of pending) p.reject(new CoreError(this.#ended));

@@ -1,5 +1,5 @@
 /** The Studio's side where it is part of another page, such as a notebook: it takes scenes from there and tells what has changed. */
-import type { Client } from '../client/exports.js';
+import type { Client, Command } from '../client/exports.js';
 import type { FromStudio, Shared, SharedPin, ToStudio } from './messages.js';
 
 /** Whether this page is part of another one that said so (`#embedded`). */
@@ -7,39 +7,59 @@ export function isEmbedded(): boolean {
   return window.parent !== window && (location.hash === '#embedded' || document.documentElement.dataset.embedded === 'true');
 }
 
+/** What the page does with what comes from outside. */
+export interface Page {
+  open(text: string): Promise<unknown>;
+  apply(command: Command): Promise<unknown>;
+}
+
 /**
  * Connects the client to the page around it. Resolves when a scene has come from there and is open.
- * Scenes go through `open`, so that the page can do what it does for each new scene.
+ * Scenes and commands go through the page, so that it shows them as it shows its own.
  */
-export function embed(client: Client, open: (text: string) => Promise<unknown>): Promise<void> {
+export function embed(client: Client, page: Page): Promise<void> {
   const send = (message: FromStudio) => window.parent.postMessage(message, '*');
   let last = '';
-  /** What came from outside is not told back. */
+  /** Changes from outside that are being taken over: they are not told back. */
+  let taking = 0;
   const tell = async (silently: boolean) => {
     const shared = await sharedOf(client);
-    const text = JSON.stringify(shared);
+    // Steps alone change nothing that is shared.
+    const text = JSON.stringify({ ...shared, document: shared.document.replace(/"clock": \d+/, '') });
     if (text === last) return;
     last = text;
     if (!silently) send({ type: 'isoswarm-changed', ...shared });
+  };
+  const takeOver = async (work: Promise<unknown>) => {
+    taking++;
+    try {
+      await work;
+      await client.save();
+      await tell(true);
+    } finally {
+      taking--;
+    }
   };
   return new Promise((resolve, reject) => {
     window.addEventListener('message', event => {
       if (event.source !== window.parent) return;
       const message = event.data as ToStudio;
-      const done = take(client, message, open);
-      done?.then(() => tell(true)).then(resolve, reject);
+      const work = take(page, message);
+      if (work) takeOver(work).then(resolve, reject);
     });
-    client.on('saved', () => void tell(false).catch(() => undefined));
+    client.on('saved', () => {
+      if (taking === 0) void tell(false).catch(() => undefined);
+    });
     send({ type: 'isoswarm-ready' });
   });
 }
 
-function take(client: Client, message: ToStudio, open: (text: string) => Promise<unknown>): Promise<unknown> | null {
+function take(page: Page, message: ToStudio): Promise<unknown> | null {
   switch (message?.type) {
     case 'isoswarm-open':
-      return open(message.document);
+      return page.open(message.document);
     case 'isoswarm-assign':
-      return client.apply({
+      return page.apply({
         do: 'assign',
         values: message.values,
         pins: message.pins.map(pin => ({ pin: pin.id, to: pin.at })),

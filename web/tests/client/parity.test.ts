@@ -14,7 +14,7 @@ interface Case {
 const root = new URL('../../../', import.meta.url);
 const read = (path: string) => readFileSync(new URL(path, root), 'utf8');
 const cases = JSON.parse(read('tests/parity/cases.json')) as Case[];
-/** Made by `cargo run --release -p isoswarm --example parity > build/parity.json`. */
+/** Made by `cargo run -p isoswarm --example parity > build/parity.json`. */
 const native = JSON.parse(read('build/parity.json')) as Record<string, string>;
 
 /** FNV-1a over 64-bit words, as in tests/parity/native.rs. */

@@ -52,7 +52,7 @@ test('a link brings the whole scene into a fresh profile', async ({ studio, brow
   await pinAt(studio, at.x, at.y);
   const before = await saved(studio);
   await studio.getByRole('button', { name: 'Share' }).click();
-  await expect(studio.locator('.toast.good')).toContainText('link');
+  await expect(studio.locator('.toast.good').last()).toContainText('link');
   const link = studio.url();
   expect(link).toContain('#s1=');
   const fresh = await browser.newContext({ baseURL: baseURL!, viewport: { width: 1440, height: 900 } });

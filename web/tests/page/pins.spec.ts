@@ -70,9 +70,13 @@ test('a locked pin stays, and says so', async ({ studio }) => {
   const pin = await pinAt(studio, at.x, at.y);
   await studio.getByRole('button', { name: /^Lock Pin/ }).click();
   const before = await centre(pin);
-  await pull(studio, before, 60, 40);
-  expect(Math.abs((await centre(pin)).x - before.x)).toBeLessThan(3);
+  await studio.mouse.move(before.x, before.y);
+  await studio.mouse.down();
+  await studio.mouse.move(before.x + 60, before.y + 40, { steps: 4 });
   await expect(studio.getByText('This pin is locked')).toBeVisible();
+  await studio.mouse.up();
+  await rest(studio);
+  expect(Math.abs((await centre(pin)).x - before.x)).toBeLessThan(3);
 });
 
 test('a pin can be moved and removed with the keyboard alone', async ({ studio }) => {

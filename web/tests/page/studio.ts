@@ -49,7 +49,7 @@ export async function surface(page: Page): Promise<void> {
 /** Waits until the surface has come to rest, and the picture has been drawn. */
 export async function rest(page: Page): Promise<void> {
   await page.waitForTimeout(300);
-  await expect(page.locator('canvas.stage')).toHaveAttribute('data-moving', 'false', { timeout: 30_000 });
+  await expect(page.locator('canvas.stage')).toHaveAttribute('data-moving', 'false', { timeout: 60_000 });
   await page.waitForTimeout(400);
 }
 

@@ -1,5 +1,5 @@
-/** Draws the gallery's thumbnails: `THUMBNAILS=1 npx playwright test thumbnails`, then build again. */
-import { writeFileSync } from 'node:fs';
+/** Draws thumbnails that the gallery lacks: `THUMBNAILS=1 npx playwright test thumbnails`, then build again. */
+import { existsSync, writeFileSync } from 'node:fs';
 import { fileURLToPath } from 'node:url';
 import { expect, fromGallery, test } from './studio.ts';
 
@@ -8,19 +8,21 @@ const folder = fileURLToPath(new URL('../../src/app/gallery/', import.meta.url))
 test('thumbnails', async ({ studio }) => {
   test.skip(!process.env.THUMBNAILS, 'only when they are to be drawn anew');
   test.setTimeout(600_000);
-  await studio.setViewportSize({ width: 1200, height: 900 });
+  await studio.setViewportSize({ width: 800, height: 600 });
   await studio.keyboard.press('g');
   const cards = await studio.locator('.card').evaluateAll(all => all.map(c => ({ id: c.getAttribute('data-scene')!, title: c.querySelector('strong')!.textContent! })));
   await studio.keyboard.press('Escape');
   await studio.keyboard.press('\\');
   await studio.addStyleTag({
-    content: 'html, body, .stage { background: transparent !important } .studio > :not(main), main > :not(canvas), .overlay { visibility: hidden !important }',
+    content: 'html, body, .stage { background: transparent !important } .studio > :not(main, dialog), main > :not(canvas), .overlay { visibility: hidden !important }',
   });
+  // Nothing moves: scenes open with floaters that lie evenly.
+  await studio.keyboard.press(' ');
   for (const { id, title } of cards) {
+    if (existsSync(`${folder}${id}.webp`)) continue;
     await fromGallery(studio, title);
-    await studio.waitForTimeout(4000);
     await studio.keyboard.press('f');
-    await studio.waitForTimeout(1500);
+    await studio.waitForTimeout(2000);
     const png = (await studio.screenshot({ omitBackground: true })).toString('base64');
     const webp = await studio.evaluate(async data => {
       const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${data}`)).blob());

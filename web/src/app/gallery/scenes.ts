@@ -11,14 +11,14 @@ export interface GalleryScene {
   source: () => Promise<Source>;
 }
 
-const files = import.meta.glob<string>('../../../../models/*.{iso,script}.json', { query: '?raw', import: 'default' });
+const models = import.meta.glob<string>('../../../../models/*.iso.json', { query: '?raw', import: 'default' });
+/** What scripts have made of models: `isoswarm run models/X.iso.json --script models/X.script.json -o …`. */
+const pulled = import.meta.glob<string>('./*.iso.json', { query: '?raw', import: 'default' });
 const pictures = import.meta.glob<string>('./*.webp', { query: '?url', import: 'default', eager: true });
 
 export function thumbnail(id: string): string | undefined {
   return pictures[`./${id}.webp`];
 }
-
-const file = (name: string) => files[`../../../../models/${name}`]!();
 
 const box = (r: number): [Vec3, Vec3] => [
   [-r, -r, -r],
@@ -30,12 +30,9 @@ const formula = (text: string, bounds?: [Vec3, Vec3], count = 2500) => async ():
   settings: { amount: { count }, ...(bounds ? { bounds } : {}) },
 });
 
-const scripted = (name: string) => async (): Promise<Source> => ({
-  text: await file(`${name}.iso.json`),
-  script: await file(`${name}.script.json`),
-});
+const stored = (name: string) => async (): Promise<Source> => ({ text: await models[`../../../../models/${name}.iso.json`]!() });
 
-const stored = (name: string) => async (): Promise<Source> => ({ text: await file(`${name}.iso.json`) });
+const after = (name: string) => async (): Promise<Source> => ({ text: await pulled[`./${name}.iso.json`]!() });
 
 /** Sixteen blobs along a knot. */
 function blobs(): string {
@@ -64,11 +61,11 @@ export const scenes: readonly GalleryScene[] = [
     }),
   },
   { id: 'three_cylinders', title: 'Three cylinders', note: 'Witkin & Heckbert 1994, figure 2: the start', group: 'Papers', source: stored('three_cylinders') },
-  { id: 'creature', title: 'Creature', note: 'Witkin & Heckbert 1994, figure 2: after four drags', group: 'Papers', source: scripted('three_cylinders') },
+  { id: 'creature', title: 'Creature', note: 'Witkin & Heckbert 1994, figure 2: after four drags', group: 'Papers', source: after('creature') },
   { id: 'quartic', title: 'Quartic', note: 'Hart et al. 2002, figure 1: 35 coefficients', group: 'Papers', source: stored('quartic') },
-  { id: 'quartic_pulled', title: 'Quartic, pulled', note: 'Hart et al. 2002, figure 1: after two drags', group: 'Papers', source: scripted('quartic') },
+  { id: 'quartic_pulled', title: 'Quartic, pulled', note: 'Hart et al. 2002, figure 1: after two drags', group: 'Papers', source: after('quartic_pulled') },
   { id: 'dumbbell', title: 'Dumbbell', note: 'Hart et al. 2002, figure 2: R-functions', group: 'Papers', source: stored('dumbbell') },
-  { id: 'dumbbell_pulled', title: 'Dumbbell, pulled', note: 'Hart et al. 2002, figure 2: after its drags', group: 'Papers', source: scripted('dumbbell') },
+  { id: 'dumbbell_pulled', title: 'Dumbbell, pulled', note: 'Hart et al. 2002, figure 2: after its drags', group: 'Papers', source: after('dumbbell_pulled') },
   { id: 'ellipsoid', title: 'Ellipsoid to move', note: 'Hart et al. 2002, figure 3: an adapter', group: 'Papers', source: stored('ellipsoid') },
 
   { id: 'body', title: 'Head and body', note: 'A blend to begin with', group: 'Shapes', source: formula('smooth_union(ellipsoid(1, 0.7, 0.7), translate(sphere(0.5), x=1.1, z=0.35), k=0.15)') },

@@ -1,7 +1,7 @@
 /** The scene is kept in the browser, a moment after each change. */
 import { effect } from '@preact/signals';
 import { onSaved, title } from './session.ts';
-import type { Shared } from './share.ts';
+import { type Shared, isShared } from './share.ts';
 
 const DATABASE = 'isoswarm';
 const STORE = 'scenes';
@@ -52,6 +52,8 @@ export function startAutosave(): void {
   let text = '';
   onSaved(scene => {
     text = scene;
+    // A link in the address is of the scene as it was when it was shared.
+    if (isShared(location.hash)) history.replaceState(null, '', location.pathname + location.search);
     void keep({ title: title.value, scene });
   });
   effect(() => {

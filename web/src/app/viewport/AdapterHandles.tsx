@@ -122,8 +122,8 @@ function Arrow({ on, adapter, parameter, axis }: PartProps) {
       return from + moved / (arm * (scene.value?.size ?? 1));
     },
   );
-  const [x, y] = on.toScreen(adapter.centre);
-  const [ax, ay] = on.toScreen(add(adapter.centre, direction, arm));
+  const [x, y] = on.eye.toScreen(adapter.centre);
+  const [ax, ay] = on.eye.toScreen(add(adapter.centre, direction, arm));
   const far = Math.hypot(ax - x, ay - y);
   if (far < 16) return null;
   const [ux, uy] = [(ax - x) / far, (ay - y) / far];
@@ -143,11 +143,11 @@ function Ring({ on, adapter, parameter, axis }: PartProps) {
   const [u, v] = [adapter.directions[(axis + 1) % 3]!, adapter.directions[(axis + 2) % 3]!];
   const points = Array.from({ length: 49 }, (_, i) => {
     const a = (i / 48) * 2 * Math.PI;
-    const [x, y] = on.toScreen(add(add(adapter.centre, u, radius * Math.cos(a)), v, radius * Math.sin(a)));
+    const [x, y] = on.eye.toScreen(add(add(adapter.centre, u, radius * Math.cos(a)), v, radius * Math.sin(a)));
     return `${x.toFixed(1)},${y.toFixed(1)}`;
   }).join(' ');
-  const [cx, cy] = on.toScreen(adapter.centre);
-  const sight = on.camera.getWorldDirection(on.controls.target.clone()).toArray();
+  const [cx, cy] = on.eye.toScreen(adapter.centre);
+  const sight = on.eye.camera.getWorldDirection(on.eye.controls.target.clone()).toArray();
   const towards = adapter.directions[axis]!.reduce((sum, d, a) => sum + d * sight[a]!, 0) > 0 ? 1 : -1;
   const turned = useRef({ last: 0, sum: 0 });
   const pull = usePull(

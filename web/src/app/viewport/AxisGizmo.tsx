@@ -15,7 +15,7 @@ export function AxisGizmo() {
   drawn.value;
   const on = stage.value;
   if (!on) return null;
-  const m = on.camera.matrixWorldInverse.elements;
+  const m = on.eye.camera.matrixWorldInverse.elements;
   const seen = DIRECTIONS.map(d => {
     const [x, y, z] = d.of;
     return { ...d, x: m[0]! * x + m[4]! * y + m[8]! * z, y: -(m[1]! * x + m[5]! * y + m[9]! * z), z: m[2]! * x + m[6]! * y + m[10]! * z };

@@ -23,15 +23,15 @@ const length = (a: Vec3) => Math.hypot(...a);
 
 /** Model units of a pixel at a point. */
 export function pixelAt(on: Stage, p: Vec3): number {
-  const [x, y] = on.toScreen(p);
-  return length(minus(on.onViewPlane(x + 10, y, p), p)) / 10;
+  const [x, y] = on.eye.toScreen(p);
+  return length(minus(on.eye.onViewPlane(x + 10, y, p), p)) / 10;
 }
 
 /** How far along an axis through a point a pointer has moved. */
 export function along(on: Stage, at: Vec3, axis: Vec3, dx: number, dy: number): number {
   const unit = 50 * pixelAt(on, at);
-  const [x0, y0] = on.toScreen(at);
-  const [x1, y1] = on.toScreen(add(at, axis, unit));
+  const [x0, y0] = on.eye.toScreen(at);
+  const [x1, y1] = on.eye.toScreen(add(at, axis, unit));
   const [ux, uy] = [x1 - x0, y1 - y0];
   const square = ux * ux + uy * uy;
   return square < 16 ? 0 : (unit * (dx * ux + dy * uy)) / square;
@@ -42,7 +42,7 @@ export function Pins() {
   const on = stage.value;
   const now = frame.value;
   if (!on || !now || pins.value.length === 0) return null;
-  const eye = on.camera.position.toArray();
+  const eye = on.eye.camera.position.toArray();
   const chosen = pins.value.filter(p => chosenPins.value.has(p.id));
   const only = chosen.length === 1 && !lockedPins.value.has(chosen[0]!.id) ? chosen[0]! : null;
   return (
@@ -63,16 +63,16 @@ export function Pins() {
 /** The line to the hand where the pin lags behind, and an arrow along which it has slipped over the surface. */
 function Reach({ on, pin }: { on: Stage; pin: PinState }) {
   const hand = hands.value.find(h => h.pin === pin.id);
-  const [x, y] = on.toScreen(pin.at);
+  const [x, y] = on.eye.toScreen(pin.at);
   const lines = [];
   if (hand) {
-    const [hx, hy] = on.toScreen(hand.to);
+    const [hx, hy] = on.eye.toScreen(hand.to);
     if (Math.hypot(hx - x, hy - y) > 6) {
       lines.push(<line class="reach" x1={x} y1={y} x2={hx} y2={hy} />, <circle class="reach-end" cx={hx} cy={hy} r={4} />);
     }
   }
   if (pin.slip && length(pin.slip) > 1e-2 * (frame.value?.size ?? 1)) {
-    const [sx, sy] = on.toScreen(minus(pin.at, pin.slip));
+    const [sx, sy] = on.eye.toScreen(minus(pin.at, pin.slip));
     const far = Math.hypot(sx - x, sy - y);
     if (far > 24) {
       const [ux, uy] = [(x - sx) / far, (y - sy) / far];
@@ -127,8 +127,8 @@ function useDrag(on: Stage, pin: PinState, axis: Vec3 | null) {
     if (held.axis) {
       by = add([0, 0, 0], held.axis, along(on, start, held.axis, dx, dy));
     } else {
-      const [x, y] = on.toScreen(start);
-      by = minus(on.onViewPlane(x + dx, y + dy, start), start);
+      const [x, y] = on.eye.toScreen(start);
+      by = minus(on.eye.onViewPlane(x + dx, y + dy, start), start);
       if (event.shiftKey) by = strongest(by);
     }
     drag([...held.from].map(([id, at]) => ({ pin: id, to: add(at, by) })));
@@ -148,7 +148,7 @@ function strongest(by: Vec3): Vec3 {
 }
 
 function Handle({ on, pin, hidden }: { on: Stage; pin: PinState; hidden: boolean }) {
-  const [x, y, depth] = on.toScreen(pin.at);
+  const [x, y, depth] = on.eye.toScreen(pin.at);
   const locked = lockedPins.value.has(pin.id);
   const chosen = chosenPins.value.has(pin.id);
   const handlers = useDrag(on, pin, null);
@@ -164,9 +164,9 @@ function Handle({ on, pin, hidden }: { on: Stage; pin: PinState; hidden: boolean
       event.preventDefault();
       event.stopPropagation();
       const from = nudged ?? pin.at;
-      const [sx, sy] = on.toScreen(from);
+      const [sx, sy] = on.eye.toScreen(from);
       const step = event.altKey ? 0.2 : 1;
-      const to = on.onViewPlane(sx + step * by[0]!, sy + step * by[1]!, from);
+      const to = on.eye.onViewPlane(sx + step * by[0]!, sy + step * by[1]!, from);
       setNudged(to);
       drag([{ pin: pin.id, to }]);
     } else if (event.key === 'Enter' || event.key === ' ') {
@@ -210,8 +210,8 @@ function AxisHandles({ on, pin }: { on: Stage; pin: PinState }) {
 
 function AxisHandle({ on, pin, axis }: { on: Stage; pin: PinState; axis: { name: string; of: Vec3 } }) {
   const handlers = useDrag(on, pin, axis.of);
-  const [x, y] = on.toScreen(pin.at);
-  const [ax, ay] = on.toScreen(add(pin.at, axis.of, HANDLE * pixelAt(on, pin.at)));
+  const [x, y] = on.eye.toScreen(pin.at);
+  const [ax, ay] = on.eye.toScreen(add(pin.at, axis.of, HANDLE * pixelAt(on, pin.at)));
   const far = Math.hypot(ax - x, ay - y);
   if (far < 14) return null;
   const [ux, uy] = [(ax - x) / far, (ay - y) / far];

@@ -57,6 +57,7 @@ export function Viewport() {
         fitted.current = key;
         made.fit(scene.value?.axes === 2 ? [0, -0.001, 1] : [2.2, -3, 1.7]);
       }),
+      effect(() => made.setMoving(alive.value)),
       liveMesh(made),
     ];
     return () => {
@@ -132,7 +133,7 @@ function Trouble({ lost }: { lost: boolean }) {
 async function click(x: number, y: number): Promise<void> {
   const on = stage.value;
   if (!on || !scene.value || tool.value !== 'pin') return;
-  const ray = on.ray(x, y);
+  const ray = on.eye.ray(x, y);
   const [nx, ny, nz, offset] = on.cut(section.value);
   if (section.value.on) {
     // Only what is shown can be clicked: the ray begins where it comes out of what is cut away.

@@ -21,7 +21,7 @@ uniform vec4 cut;
 uniform vec2 range;
 uniform int colouring;
 uniform float size, dot_size, flat_view;
-uniform bool closed, dots;
+uniform bool near_only, dots;
 flat out vec3 colour;
 out vec2 corner;
 out float beyond;
@@ -36,7 +36,7 @@ void main() {
   vec3 n = normalize(mat3(modelViewMatrix) * normal.xyz);
   vec3 v = flat_view > 0.5 ? vec3(0.0, 0.0, 1.0) : normalize(-centre.xyz);
   float inside = dot(n, v) < 0.0 ? 1.0 : 0.0;
-  if (closed && inside > 0.5 && !dots) {
+  if (near_only && inside > 0.5 && !dots) {
     gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
     return;
   }
@@ -113,7 +113,7 @@ export class Discs {
       size: { value: 1 },
       dot_size: { value: 0.004 },
       flat_view: { value: 0 },
-      closed: { value: true },
+      near_only: { value: false },
       dots: { value: false },
     };
     const material = new THREE.RawShaderMaterial({
@@ -128,8 +128,8 @@ export class Discs {
     this.geometry.setDrawRange(0, 0);
   }
 
-  /** Takes over a frame. `open`: the box cuts the surface, so that its inside is seen. */
-  set(frame: Frame, colouring: Colouring, open: boolean): void {
+  /** Takes over a frame. */
+  set(frame: Frame, colouring: Colouring): void {
     const rows = Math.ceil(frame.count / WIDTH);
     if (rows > this.rows) this.grow(rows);
     const places = this.uniforms.places.value.image.data as Float32Array;
@@ -148,7 +148,6 @@ export class Discs {
     }
     this.uniforms.places.value.needsUpdate = true;
     this.uniforms.normals.value.needsUpdate = true;
-    this.uniforms.closed.value = !open;
     this.colour(colouring, values);
     this.geometry.setDrawRange(0, 3 * frame.count);
   }

@@ -1,6 +1,6 @@
 import { sheet } from '../state/ui.ts';
 import { small, view } from '../state/view.ts';
-import type { Insets } from './stage.ts';
+import type { Insets } from './eye.ts';
 
 /** On a small screen: height of a bar in pixels, and of a sheet as a part of the window's. */
 const BAR = 56;

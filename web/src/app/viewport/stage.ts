@@ -3,32 +3,17 @@
  * more pixels.
  */
 import * as THREE from 'three';
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Frame, MeshData, Vec3 } from '../../client/protocol.ts';
 import type { Section, View } from '../state/view.ts';
 import { plain } from './colours.ts';
 import { Discs } from './discs.ts';
+import { Eye, type Insets } from './eye.ts';
 import { SurfaceMesh } from './surface.ts';
 
-/** What panels cover, in CSS pixels. */
-export interface Insets {
-  left: number;
-  right: number;
-  top: number;
-  bottom: number;
-}
-
-export interface Ray {
-  origin: Vec3;
-  direction: Vec3;
-}
-
-/** Half the field of view, in degrees. */
-const HALF_FOV = 15;
 /** Milliseconds without a change after which the picture is refined. */
 const REST = 220;
 /** Most pixels of a refined picture. */
-const MOST_PIXELS = 9e6;
+const MOST_PIXELS = 6e6;
 
 /** Whether pixels are made by the processor: then they are counted. */
 function isSoftware(gl: WebGL2RenderingContext): boolean {
@@ -38,7 +23,7 @@ function isSoftware(gl: WebGL2RenderingContext): boolean {
 }
 
 export class Stage {
-  readonly controls: OrbitControls;
+  readonly eye: Eye;
   readonly discs = new Discs();
   readonly mesh: SurfaceMesh;
   /** Called after each picture: overlays follow the camera. */
@@ -46,16 +31,16 @@ export class Stage {
   onLost: (lost: boolean) => void = () => {};
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
-  private readonly perspective = new THREE.PerspectiveCamera(2 * HALF_FOV, 1, 0.01, 100);
-  private readonly flat = new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 100);
   private readonly software: boolean;
-  private insets: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
   private frame: Frame | null = null;
   private size = { width: 1, height: 1 };
   private pending = 0;
   private rest = 0;
   private refined = false;
-  private orthographic = false;
+  private moving = false;
+  /** Whether the surface has no edge at the box, and whether it is cut open. */
+  private closed = true;
+  private cutting = false;
   private box = new THREE.Box3(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
   /** Around all floaters. */
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
@@ -69,28 +54,27 @@ export class Stage {
     this.software = isSoftware(gl);
     this.mesh = new SurfaceMesh(this.discs);
     this.scene.add(this.discs.object, this.mesh.object);
-    for (const camera of [this.perspective, this.flat]) {
-      camera.up.set(0, 0, 1);
-      camera.position.set(6, -9, 5);
-    }
-    this.controls = new OrbitControls(this.perspective, canvas);
-    this.controls.enableDamping = false;
-    this.controls.zoomToCursor = true;
-    this.controls.addEventListener('change', this.request);
+    this.eye = new Eye(canvas, this.request);
     canvas.addEventListener('webglcontextlost', this.lost);
     canvas.addEventListener('webglcontextrestored', this.restored);
   }
 
-  get camera(): THREE.PerspectiveCamera | THREE.OrthographicCamera {
-    return this.orthographic ? this.flat : this.perspective;
-  }
-
   /** Draws at the next chance, once. */
   readonly request = (): void => {
-    clearTimeout(this.rest);
-    this.rest = window.setTimeout(this.refine, REST);
+    this.refineSoon();
     this.schedule(false);
   };
+
+  /** Whether the surface moves: then nothing is refined. */
+  setMoving(moving: boolean): void {
+    this.moving = moving;
+    this.refineSoon();
+  }
+
+  private refineSoon(): void {
+    clearTimeout(this.rest);
+    if (!this.moving) this.rest = window.setTimeout(() => this.schedule(true), REST);
+  }
 
   private schedule(refined: boolean): void {
     if (this.pending) return;
@@ -100,40 +84,38 @@ export class Stage {
     });
   }
 
-  private readonly refine = (): void => this.schedule(true);
-
   private draw(refined: boolean): void {
     if (this.renderer.getContext().isContextLost()) return;
     if (refined !== this.refined) {
       this.refined = refined;
       this.resizeBuffer();
     }
-    this.aim();
-    this.renderer.render(this.scene, this.camera);
+    // While it moves, the far side is left out where pixels are dear; through gaps between discs it is seen otherwise.
+    this.discs.uniforms.near_only.value = this.software && !refined && this.closed && !this.cutting;
+    this.render();
     this.onDraw();
   }
 
-  /** The light's up, and near and far planes around what there is. */
-  private aim(): void {
-    const camera = this.camera;
-    camera.updateMatrixWorld();
-    const sphere = this.sphere;
-    const away = camera.position.distanceTo(sphere.center);
-    const radius = 1.6 * sphere.radius;
-    camera.near = this.orthographic ? away - 40 * radius : Math.max((away - radius) * 0.9, away * 2e-3, radius * 1e-3);
-    camera.far = away + (this.orthographic ? 40 : 1.2) * radius;
-    camera.updateProjectionMatrix();
+  private render(): void {
+    this.eye.aim(this.sphere);
+    const { camera } = this.eye;
     const u = this.discs.uniforms;
     u.up.value.set(0, 0, 1).transformDirection(camera.matrixWorldInverse);
-    u.flat_view.value = this.orthographic ? 1 : 0;
+    u.flat_view.value = this.eye.orthographic ? 1 : 0;
     u.dot_size.value = 3.2 / this.size.height;
+    this.renderer.render(this.scene, camera);
+  }
+
+  /** Shows all of the surface, from where the camera is or along a direction. */
+  fit(along?: Vec3): void {
+    this.eye.fit(this.sphere, along);
+    this.request();
   }
 
   resize(width: number, height: number, insets: Insets): void {
     this.size = { width: Math.max(1, width), height: Math.max(1, height) };
-    this.insets = insets;
     this.resizeBuffer();
-    this.frameCameras();
+    this.eye.resize(this.size.width, this.size.height, insets);
     this.request();
   }
 
@@ -145,23 +127,11 @@ export class Stage {
     this.renderer.setSize(width, height, false);
   }
 
-  /** The middle of what panels leave free is the middle of the picture. */
-  private frameCameras(): void {
-    const { width, height } = this.size;
-    const { left, right, top, bottom } = this.insets;
-    this.perspective.aspect = width / height;
-    const half = (this.flat.top - this.flat.bottom) / 2;
-    this.flat.left = (-half * width) / height;
-    this.flat.right = (half * width) / height;
-    for (const camera of [this.perspective, this.flat]) {
-      camera.setViewOffset(width, height, (right - left) / 2, (bottom - top) / 2, width, height);
-    }
-  }
-
   setFrame(frame: Frame, view: View): void {
     this.frame = frame;
     const open = this.measure(frame);
-    this.discs.set(frame, view.colouring, open);
+    this.closed = !open;
+    this.discs.set(frame, view.colouring);
     if (view.mode === 'mesh') this.mesh.colour(frame, view.colouring);
     this.request();
   }
@@ -211,9 +181,8 @@ export class Stage {
     u.plain.value.set(...plain(dark));
     const cut = this.cut(section);
     u.cut.value.set(...cut);
-    if (section.on) u.closed.value = false;
-    else if (this.frame) u.closed.value = !this.measure(this.frame);
-    if (view.orthographic !== this.orthographic) this.project(view.orthographic);
+    this.cutting = section.on;
+    if (view.orthographic !== this.eye.orthographic) this.eye.project(view.orthographic);
     this.request();
   }
 
@@ -229,86 +198,13 @@ export class Stage {
     return normal;
   }
 
-  private project(orthographic: boolean): void {
-    const from = this.camera;
-    this.orthographic = orthographic;
-    const to = this.camera;
-    const target = this.controls.target;
-    const tan = Math.tan(THREE.MathUtils.degToRad(HALF_FOV));
-    const away = from.position.distanceTo(target);
-    to.position.copy(from.position);
-    to.quaternion.copy(from.quaternion);
-    if (orthographic) {
-      this.flat.zoom = 1;
-      this.flat.top = (away * tan) / this.perspective.zoom;
-      this.flat.bottom = -this.flat.top;
-    } else {
-      const half = this.flat.top / this.flat.zoom;
-      to.position.sub(target).setLength(half / tan).add(target);
-      this.perspective.zoom = 1;
-    }
-    this.controls.object = to;
-    this.frameCameras();
-    this.controls.update();
-  }
-
-  /** Shows all of the surface, from where the camera is or along a direction. */
-  fit(along?: Vec3): void {
-    const sphere = this.sphere;
-    const direction = along ? new THREE.Vector3(...along) : this.camera.position.clone().sub(this.controls.target);
-    if (direction.lengthSq() === 0) direction.set(2, -3, 1.6);
-    const { width, height } = this.size;
-    const free = {
-      width: Math.max(80, width - this.insets.left - this.insets.right),
-      height: Math.max(80, height - this.insets.top - this.insets.bottom),
-    };
-    const tan = Math.tan(THREE.MathUtils.degToRad(HALF_FOV));
-    const margin = 1.2 * sphere.radius * Math.max(1, free.height / free.width) * (height / free.height);
-    const away = margin / tan + 0.2 * sphere.radius;
-    this.controls.target.copy(sphere.center);
-    for (const camera of [this.perspective, this.flat]) {
-      camera.position.copy(sphere.center).addScaledVector(direction.clone().normalize(), away);
-      camera.zoom = 1;
-    }
-    this.flat.top = margin;
-    this.flat.bottom = -margin;
-    this.frameCameras();
-    this.controls.update();
-    this.request();
-  }
-
-  /** CSS pixels; z is the depth, above 1 behind the camera. */
-  toScreen(p: Vec3): [number, number, number] {
-    const v = new THREE.Vector3(...p).project(this.camera);
-    return [(0.5 + 0.5 * v.x) * this.size.width, (0.5 - 0.5 * v.y) * this.size.height, v.z];
-  }
-
-  /** The ray through a CSS pixel, in model coordinates. */
-  ray(x: number, y: number): Ray {
-    const at = (z: number) =>
-      new THREE.Vector3((2 * x) / this.size.width - 1, 1 - (2 * y) / this.size.height, z).unproject(this.camera);
-    const near = at(-1);
-    const direction = at(1).sub(near).normalize();
-    return { origin: near.toArray(), direction: direction.toArray() };
-  }
-
-  /** Where the ray through a pixel meets the plane through a point that faces the camera. */
-  onViewPlane(x: number, y: number, through: Vec3): Vec3 {
-    const { origin, direction } = this.ray(x, y);
-    const facing = this.camera.getWorldDirection(new THREE.Vector3());
-    const o = new THREE.Vector3(...origin);
-    const d = new THREE.Vector3(...direction);
-    const t = new THREE.Vector3(...through).sub(o).dot(facing) / d.dot(facing);
-    return o.addScaledVector(d, t).toArray();
-  }
-
   /** A picture with this many times the window's pixels, on a background or none. */
   async png(scale: number, background: string | null): Promise<Blob> {
     this.renderer.setPixelRatio(scale);
     this.renderer.setSize(this.size.width, this.size.height, false);
     if (background) this.renderer.setClearColor(new THREE.Color(background), 1);
-    this.aim();
-    this.renderer.render(this.scene, this.camera);
+    this.discs.uniforms.near_only.value = false;
+    this.render();
     const blob = await new Promise<Blob | null>(done => this.canvas.toBlob(done, 'image/png'));
     this.renderer.setClearColor(0, 0);
     this.resizeBuffer();
@@ -332,7 +228,7 @@ export class Stage {
     clearTimeout(this.rest);
     this.canvas.removeEventListener('webglcontextlost', this.lost);
     this.canvas.removeEventListener('webglcontextrestored', this.restored);
-    this.controls.dispose();
+    this.eye.dispose();
     this.discs.dispose();
     this.mesh.dispose();
     this.renderer.dispose();
