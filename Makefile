@@ -1,5 +1,5 @@
 # The few commands a person types. Everything is set up on the way: see scripts/setup.
-.PHONY: demo test bench docs setup build lint test-rust test-python clean
+.PHONY: demo studio studio-page test bench docs setup setup-web build lint test-rust test-python test-web clean
 .DEFAULT_GOAL := help
 
 PY    := .venv/bin/python
@@ -18,7 +18,21 @@ demo: build     ## 100,000 even samples on the surface of a protein: report, PLY
 	@mkdir -p build/demo
 	@PATH="$(CURDIR)/.venv/bin:$$PATH" $(PY) scripts/demo.py
 
-test: lint test-rust build test-python   ## everything that must pass
+studio: studio-page  ## the Studio, in the browser: sets it up, builds it, serves it and prints its address
+	@npm --prefix web run --silent preview
+
+studio-page: setup-web  # the built page: web/dist/studio, and for Python python/isoswarm/studio_dist
+	@scripts/build-wasm
+	@npm --prefix web run --silent build -- --logLevel warn
+	@npm --prefix web run --silent build:widget -- --logLevel warn
+	@rm -rf python/isoswarm/studio_dist
+	@cp -r web/dist/studio python/isoswarm/studio_dist
+	@cp web/dist/widget/widget.js python/isoswarm/studio_dist/
+
+setup-web:      ## check the tools of the Studio, install its pinned packages
+	@scripts/setup-web
+
+test: lint test-rust studio-page build test-python test-web   ## everything that must pass
 	@echo "make test: all passed"
 
 lint: setup
@@ -36,6 +50,14 @@ test-rust: setup
 test-python: build
 	$(PY) -m pytest
 
+test-web: studio-page  ## the client in Node, native bits against those of WebAssembly, the page in Chromium
+	@mkdir -p build
+	$(CARGO) run --locked --quiet --package isoswarm --example parity > build/parity.json
+	npm --prefix web test --silent
+	npm --prefix web run --silent build:client
+	npm --prefix web run --silent check
+	npm --prefix web run --silent test:page
+
 bench: build    ## the figures, side by side with peers
 	@$(MAKE) --no-print-directory -C benches
 
@@ -44,4 +66,4 @@ docs: build     ## reference for Rust (target/doc) and Python (build/docs)
 	$(PY) -m pdoc --math --docformat numpy --output-directory build/docs isoswarm
 
 clean:          ## remove what was built
-	rm -rf build .venv target
+	rm -rf build .venv target web/dist web/node_modules web/wasm/pkg web/wasm/target python/isoswarm/studio_dist

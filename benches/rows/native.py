@@ -4,12 +4,13 @@ import json
 import os
 import subprocess
 import sys
+from typing import Any
 
 from options import BENCHES, ROOT, Options
 from table import Row, number
 
 
-def _fidget(*arguments: str) -> dict:
+def _fidget(*arguments: str) -> Any:
     environment = {"CARGO_TARGET_DIR": str(ROOT / "build" / "bench-target"), **os.environ}
     command = ["cargo", "run", "--release", "--quiet", "--", *arguments]
     done = subprocess.run(
@@ -57,3 +58,15 @@ def csg(options: Options) -> list[Row]:
         Row(what, text, f"{name} {number(theirs)} µs", theirs / ours["us_per_point"], "x", reach, beyond, data=result)
         for name, theirs, reach, beyond in peers
     ]
+
+
+def render(options: Options) -> list[Row]:
+    """Primary hits and normals of pictures of 512 x 512, one thread."""
+    del options
+    rows = []
+    for r in _fidget("render"):
+        ours, theirs = r["isoswarm_ms"], r["fidget_ms"]
+        what = f"ray cast 512 x 512, hits and normals, {r['model']}, one thread"
+        peer = f"fidget's voxels {number(theirs)} ms"
+        rows.append(Row(what, f"{number(ours)} ms", peer, theirs / ours, "x", 1 / 3, 1.0, data=r))
+    return rows

@@ -119,6 +119,55 @@ class Cloud:
         ground: bool = True,
     ) -> bytes: ...
 
+class Solid:
+    def __new__(
+        cls,
+        model: Model,
+        lo: tuple[float, ...],
+        hi: tuple[float, ...],
+        *,
+        planes: list[tuple[tuple[float, float, float], float]],
+        capped: bool,
+        opacity: float,
+        section: str,
+        values: Model | None = None,
+    ) -> Solid: ...
+
+class Triangles:
+    def __new__(
+        cls,
+        points: Floats,
+        faces: npt.NDArray[np.int64],
+        style: str,
+        *,
+        normals: Floats | None = None,
+        curvatures: Floats | None = None,
+        colors: Floats | None = None,
+    ) -> Triangles: ...
+
+def render(
+    cloud: Cloud | None,
+    solids: list[Solid],
+    meshes: list[Triangles],
+    *,
+    width: int,
+    height: int,
+    azimuth: float,
+    elevation: float,
+    up: tuple[float, ...],
+    field_of_view: float,
+    projection: str,
+    style: str,
+    coloring: str,
+    transparent: bool,
+    disc_scale: float | None,
+    supersampling: int,
+    ground: bool,
+    shadow: float,
+    ambient_occlusion: float,
+    frame: Floats | None = None,
+) -> tuple[bytes, npt.NDArray[np.uint8], bool, bool]: ...
+def colors(values: Floats, map: str) -> Floats: ...
 def kinds() -> str: ...
 def sample(
     model: Model,
@@ -129,6 +178,7 @@ def sample(
     hi: Corner,
     method: str,
     density: Callable[[Floats, Sequence[float]], Floats] | str | None,
+    creases: bool,
     seed: int,
     start: Floats | None,
     most: int,
@@ -146,6 +196,7 @@ def mesh(
     hi: Corner,
     rule: str,
     density: Callable[[Floats, Sequence[float]], Floats] | str | None,
+    creases: bool,
     smoothing: int | None,
     intersections: bool,
     seed: int,
@@ -158,6 +209,7 @@ def mesh_samples(
     points: Floats,
     normals: Floats,
     radii: Floats,
+    creases: Creases | None,
     *,
     components: int,
     unmet: str,
@@ -167,6 +219,14 @@ def mesh_samples(
     smoothing: int | None,
     intersections: bool,
 ) -> dict[str, Any]: ...
+
+class Creases:
+    points: Floats
+    corners: npt.NDArray[np.int64]
+    certified: bool
+    warnings: list[str]
+    def edges(self) -> list[tuple[npt.NDArray[np.int64], bool, float]]: ...
+
 class LiveMesh:
     def __new__(cls, lo: Corner, hi: Corner) -> LiveMesh: ...
     def update(
@@ -188,3 +248,30 @@ def save_mesh(
 def write_bytes(path: Path, content: bytes) -> None: ...
 def measure(points: Floats, normals: Floats, bounds: tuple[Corner, ...] | None, axes: int) -> dict[str, float]: ...
 def project(model: Model, points: Floats, size: float) -> tuple[Floats, Floats]: ...
+def measures(
+    model: Model,
+    *,
+    n: int | None,
+    spacing: float | None,
+    samples: tuple[Floats, Floats, Floats, int] | None,
+    lo: Corner,
+    hi: Corner,
+    seed: int,
+    tolerance: float,
+    most: int,
+    curvature: bool,
+    integrands: list[Callable[[Floats], Floats]],
+) -> dict[str, Any]: ...
+def certify(model: Model, *, lo: Corner, hi: Corner, boxes: int) -> dict[str, Any]: ...
+def patch(
+    model: Model,
+    *,
+    lo: tuple[float, float],
+    hi: tuple[float, float],
+    wraps: tuple[str, ...],
+    n: int | None,
+    spacing: float | None,
+    seed: int,
+    most: int,
+    faces: bool,
+) -> dict[str, Any]: ...

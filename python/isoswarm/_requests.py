@@ -90,7 +90,7 @@ def as_settings(settings: dict[str, Any], changes: dict[str, Any], axes: int) ->
             settings["seed"] = operator.index(value)
         elif key == "bounds":
             settings["bounds"] = None if value is None else [c.tolist() for c in as_bounds(value, axes)]
-        elif key in ("gain", "speed", "recovery"):
+        elif key in ("gain", "speed", "recovery", "curvature"):
             settings[key] = as_number(value, key)
         elif key == "focus":
             settings["focus"] = None
@@ -98,6 +98,6 @@ def as_settings(settings: dict[str, Any], changes: dict[str, Any], axes: int) ->
                 radius, factor = as_floats("focus", value, (2,)).tolist()
                 settings["focus"] = {"radius": radius, "factor": factor}
         else:
-            known = "n, spacing, seed, bounds, gain, speed, recovery, focus"
+            known = "n, spacing, seed, bounds, gain, speed, recovery, curvature, focus"
             raise TypeError(f"there is no setting {key!r}; there are: {known}")
     return settings

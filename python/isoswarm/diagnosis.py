@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from isoswarm._arrays import Floats, as_bounds
+from isoswarm.certifying import Certificate
+from isoswarm.certifying import certify as prove
 from isoswarm.errors import SamplingWarning, TooFewError
 from isoswarm.field import Field
 from isoswarm.samples import Samples
@@ -41,7 +44,7 @@ class DerivativeCheck:
     @property
     def ok(self) -> bool:
         """Whether the derivatives agree with differences."""
-        return _agree(self.gradient) and (np.isnan(self.parameters) or _agree(self.parameters))
+        return _agree(self.gradient) and (math.isnan(self.parameters) or _agree(self.parameters))
 
 
 def _agree(difference: float) -> bool:
@@ -69,6 +72,8 @@ class Diagnosis:
         Whether interval arithmetic has shown that none was missed.
     area : float
         Of the surface, from the samples.
+    topology : Certificate or None
+        What is proven; None for opaque functions and in the plane.
     derivatives : DerivativeCheck or None
         None where there is no surface.
     parameters : list of dict
@@ -81,6 +86,7 @@ class Diagnosis:
     components: int
     certified: bool
     area: float
+    topology: Certificate | None
     derivatives: DerivativeCheck | None
     parameters: list[dict[str, Any]]
 
@@ -89,6 +95,8 @@ class Diagnosis:
         plain = asdict(self)
         if self.derivatives is not None:
             plain["derivatives"]["ok"] = self.derivatives.ok
+        if self.topology is not None:
+            plain["topology"] = self.topology.as_dict()
         return plain
 
     def rows(self) -> list[tuple[str, str]]:
@@ -101,6 +109,8 @@ class Diagnosis:
             ("components", f"{self.components} ({certified})"),
             ("parameters", str(len(self.parameters))),
         ]
+        if self.topology is not None:
+            rows.append(("topology", str(self.topology)))
         check = self.derivatives
         if check is not None:
             rows.append(("area", f"{self.area:.6g}"))
@@ -110,7 +120,7 @@ class Diagnosis:
         return rows
 
 
-def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000) -> Diagnosis:
+def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000, boxes: int = 200_000) -> Diagnosis:
     """Look at a field: where its surface is, in how many components, and whether its derivatives are right.
 
     Parameters
@@ -123,6 +133,8 @@ def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000) 
         Of every random choice.
     n : int
         Samples used; more are taken if there are more components.
+    boxes : int
+        How much may be done to prove the topology: see :func:`isoswarm.certify`.
 
     """
     lo, hi = as_bounds(bounds, field.axes) if bounds is not None else field.require_bounds()
@@ -140,6 +152,7 @@ def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000) 
         components=report.components,
         certified=report.certified,
         area=report.area,
+        topology=_topology(field, box, boxes) if len(samples) else None,
         derivatives=check_derivatives(field, samples.points[:: max(1, len(samples) // 200)]) if len(samples) else None,
         parameters=[
             {
@@ -152,6 +165,17 @@ def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000) 
             for path, p in field.parameters.items()
         ],
     )
+
+
+def _topology(field: Field, box: tuple[Floats, Floats], boxes: int) -> Certificate | None:
+    """What can be proven within the box and a little around it."""
+    if field.axes != 3:
+        return None
+    margin = 0.02 * (box[1] - box[0])
+    try:
+        return prove(field, bounds=(box[0] - margin, box[1] + margin), boxes=boxes)
+    except ValueError:  # no intervals
+        return None
 
 
 def check_derivatives(field: Field, X: Floats, most_parameters: int = 50) -> DerivativeCheck:

@@ -142,7 +142,10 @@ class MeshReport:
                 f"genus {', '.join(map(str, self.genus[:8]))}{' …' * (len(self.genus) > 8)}, "
                 f"{self.boundaries} boundaries",
             ),
-            ("quality", f"Q {q.q_avg:.3f} (least {q.q_min:.3f}), angles {q.smallest_angle:.1f}° to {q.largest_angle:.1f}°"),
+            (
+                "quality",
+                f"Q {q.q_avg:.3f} (least {q.q_min:.3f}), angles {q.smallest_angle:.1f}° to {q.largest_angle:.1f}°",
+            ),
             ("off the surface", f"{self.max_distance:.2g} at most, at the triangles' centres"),
             ("work", f"{self.evaluations:,} evaluations, {self.seconds:.2f} s"),
         ]
@@ -272,6 +275,7 @@ def mesh(
     error: float | None = None,
     bounds: Any = None,
     density: BatchFunction | Literal["curvature"] | None = None,
+    creases: bool = True,
     rule: Rule = "delaunay",
     smoothing: int | None = None,
     intersections: bool = True,
@@ -291,17 +295,19 @@ def mesh(
     spacing : float, optional
         Instead of `n`: mean distance between neighbours, in model units.
     error : float, optional
-        Instead of `n`: largest distance between triangles and surface, in model units. Triangles are as large as curvature
-        allows; the distance is measured, and they are refined where it is larger.
+        Instead of `n`: largest distance between triangles and surface, in model units. Triangles are as large as
+        curvature allows; the distance is measured, and they are refined where it is larger.
     bounds : pair of corners or float, optional
-        Where to look: ``(lo, hi)``, or b for the box from -b to b. By default ``field.bounds``. A surface that leaves the box
-        ends in a boundary on its faces.
+        Where to look: ``(lo, hi)``, or b for the box from -b to b. By default ``field.bounds``. A surface that
+        leaves the box ends in a boundary on its faces.
     density : callable or "curvature", optional
         Relative number of vertices per area, a batch function of position, (n, 3) to (n,), or by curvature. By default
         uniform, but denser where the surface bends within less than the spacing. Not with `error`.
+    creases : bool
+        Whether edges and corners of the surface become edges and vertices of the mesh.
     rule : {"delaunay", "circumsphere"}
-        ``"delaunay"`` is the one to use. ``"circumsphere"`` is that of Szeliski and Tonnesen (1992), to compare with; it need not
-        give a manifold.
+        ``"delaunay"`` is the one to use. ``"circumsphere"`` is that of Szeliski and Tonnesen (1992), to compare
+        with; it need not give a manifold.
     smoothing : int, optional
         Most rounds of smoothing; 0 leaves the vertices where the samples are.
     intersections : bool
@@ -318,8 +324,9 @@ def mesh(
     Returns
     -------
     Mesh
-        Its ``report`` says what was reached, and where the mesh is not guaranteed to be right. Empty, with an EmptySurfaceWarning, where there is
-        no surface in the bounds; with a SamplingWarning where the report is not sound.
+        Its ``report`` says what was reached, and where the mesh is not guaranteed to be right. Empty, with an
+        EmptySurfaceWarning, where there is no surface in the bounds; with a SamplingWarning where the report is not
+        sound.
 
     Examples
     --------
@@ -333,7 +340,9 @@ def mesh(
         raise TypeError(f"field: expected a Field (see iso.parse, iso.from_function), given {type(field).__name__}")
     given = {k: v for k, v in (("n", n), ("spacing", spacing), ("error", error)) if v is not None}
     if len(given) > 1:
-        raise ValueError(f"expected one of n, spacing and error, given {', '.join(f'{k}={v}' for k, v in given.items())}")
+        raise ValueError(
+            f"expected one of n, spacing and error, given {', '.join(f'{k}={v}' for k, v in given.items())}"
+        )
     if not given:
         n = 10_000
     if n is not None and not 1 <= n <= 2**32:
@@ -362,6 +371,7 @@ def mesh(
         hi=tuple(hi),
         rule=rule,
         density=by,
+        creases=creases,
         smoothing=smoothing,
         intersections=intersections,
         seed=seed,
@@ -401,6 +411,7 @@ def mesh_samples(
         samples.points,
         samples.normals,
         samples.radii,
+        samples.creases._inner if samples.creases else None,
         components=samples.report.components,
         unmet=samples.report.reason,
         lo=tuple(lo),
@@ -416,7 +427,11 @@ def _told(made: Mesh) -> Mesh:
     """The mesh, with a warning where it is not what was asked for."""
     report = made.report
     if not len(made) and not report.vertices:
-        warnings.warn("there is no surface F = 0 in the bounds; check the sign of the field, or pass larger bounds", EmptySurfaceWarning, stacklevel=3)
+        warnings.warn(
+            "there is no surface F = 0 in the bounds; check the sign of the field, or pass larger bounds",
+            EmptySurfaceWarning,
+            stacklevel=3,
+        )
     elif not report.sound:
         warnings.warn("; ".join(report.warnings) or "the mesh is not sound", SamplingWarning, stacklevel=3)
     return made

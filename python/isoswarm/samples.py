@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from isoswarm import _core
 from isoswarm._arrays import Floats
+from isoswarm.edges import Creases
 from isoswarm.errors import ConvergenceError
 
 if TYPE_CHECKING:
@@ -164,6 +165,8 @@ class Samples:
         NaN where they are undefined.
     component : ndarray of int, (n,)
         Connected component of each sample, from 0.
+    creases : Creases or None
+        The surface's edges and corners, where they were asked for and there are any; the first samples lie on them.
     report : Report
         How the run went.
     field : Field
@@ -179,6 +182,7 @@ class Samples:
     areas: Floats
     curvatures: Floats
     component: npt.NDArray[np.int64]
+    creases: Creases | None
     report: Report
     field: Field
     bounds: tuple[Floats, Floats] | None
@@ -192,6 +196,8 @@ class Samples:
         report["warnings"] = tuple(report["warnings"])
         self.report = Report(**report, seconds=seconds)
         self.field = field
+        found = columns["creases"]
+        self.creases = None if found is None else Creases(found)
         for name in ("points", "normals", "radii", "areas", "curvatures", "component"):
             column: npt.NDArray[Any] = columns[name]
             column.setflags(write=False)
@@ -255,8 +261,8 @@ class Samples:
         height: int = 900,
         azimuth: float = 0.6,
         elevation: float = 0.4,
-        style: Literal["discs", "surface"] = "discs",
-        coloring: Literal["uniform", "curvature", "height"] = "uniform",
+        style: Literal["discs", "points", "surface"] = "discs",
+        coloring: Literal["uniform", "curvature", "height", "normal"] = "uniform",
         transparent: bool = False,
         disc_scale: float | None = None,
         supersampling: int = 3,
@@ -271,9 +277,9 @@ class Samples:
             In pixels.
         azimuth, elevation : float
             Direction of the view, in radians.
-        style : {"discs", "surface"}
-            Separate discs, or discs large enough to close the surface.
-        coloring : {"uniform", "curvature", "height"}
+        style : {"discs", "points", "surface"}
+            Separate discs, balls, or discs large enough to close the surface.
+        coloring : {"uniform", "curvature", "height", "normal"}
             What the colour says.
         transparent : bool
             Leave the background out.

@@ -29,6 +29,7 @@ def sample(
     spacing: float | None = None,
     bounds: Any = None,
     density: BatchFunction | Literal["curvature"] | None = None,
+    creases: bool = False,
     seed: int = 0,
     method: Method = "floaters",
     start: Samples | npt.ArrayLike | None = None,
@@ -52,6 +53,9 @@ def sample(
         leaves the box is clipped by it.
     density : callable or "curvature", optional
         Relative number of points per area, a batch function of position, (n, 3) to (n,), or by curvature.
+    creases : bool
+        Whether to place samples on the surface's edges and corners (minima and maxima, as operators on shapes make
+        them) and keep the others off them; see ``samples.creases``.
     seed : int
         Of every random choice: same seed, same result, on any number of threads.
     method : {"floaters", "adaptive", "simple", "fissioning", "random"}
@@ -118,6 +122,7 @@ def sample(
         hi=tuple(hi),
         method=method,
         density=by,
+        creases=creases,
         seed=seed,
         start=start,
         most=max_samples,

@@ -50,6 +50,9 @@ class Scene(EditableScene):
         Longest way of a dragged pin in a step as a part of the model's diameter, above 0 to 0.25; by default 0.02.
     recovery : float, optional
         Part of the way back to the rest shape (:meth:`rest`) in a step, 0 to 1; by default 0, it stays.
+    curvature : float, optional
+        Denser floaters where the surface bends, 0 to 1; by default 0, the same everywhere. At 1 their number per area
+        grows with the square of the curvature, between one quarter and four times that of uniform ones.
     focus : pair of float, optional
         ``(radius, factor)``: within about `radius` (model units) of the dragged pins the floaters' spacing is `factor`
         times that elsewhere, above 0 to 1.
@@ -87,6 +90,7 @@ class Scene(EditableScene):
         gain: float | None = None,
         speed: float | None = None,
         recovery: float | None = None,
+        curvature: float | None = None,
         focus: tuple[float, float] | None = None,
     ) -> None:
         if isinstance(model, str):
@@ -103,6 +107,7 @@ class Scene(EditableScene):
             "gain": gain,
             "speed": speed,
             "recovery": recovery,
+            "curvature": curvature,
             "focus": focus,
         }
         settings = as_settings({}, {key: value for key, value in given.items() if value is not None}, model.axes)

@@ -112,6 +112,23 @@ class EditableScene(SceneView):
         """Take an operator off its only operand."""
         self._do("unwrap", path=path)
 
+    def rename(self, path: str, name: str) -> None:
+        """Give a node a name of letters, digits and ``_``; an empty one takes it away."""
+        self._do("rename", path=path, name=name)
+
+    def duplicate(self, path: str, *, name: str | None = None) -> None:
+        """Put a copy of a part beside it, with parameters of its own; `name` is the copy's.
+
+        >>> import isoswarm as iso
+        >>> scene = iso.Scene("sphere(r=1) | translate(sphere(r=0.5), x=1)", n=200)
+        >>> scene.duplicate("translate", name="twin")
+        >>> scene.parameters["twin/x"].value = -1
+        >>> sorted(scene.parameters.now)[-4:]
+        ['twin/sphere/r', 'twin/x', 'twin/y', 'twin/z']
+
+        """
+        self._do("duplicate", path=path, name=name)
+
     def reorder(self, path: str, order: Sequence[int]) -> None:
         """Put the operands of a node into another order: the present place of each."""
         self._do("reorder", path=path, order=[as_count(i, "order") for i in order])
@@ -149,7 +166,10 @@ class EditableScene(SceneView):
     def _carry_out(self, command: str, watch: Watch, every: int | None) -> dict[str, Any]:
         if every is not None and as_count(every, "every") == 0:
             raise ValueError("every: expected a number of steps from 1, given 0")
-        return self._inner.apply(command, watch.function, every)
+        done = self._inner.apply(command, watch.function, every)
+        for watcher in self._watchers:
+            watcher()
+        return done
 
     def _part(self, part: Field | str) -> str:
         if isinstance(part, str):

@@ -41,6 +41,8 @@ class SceneView:
 
     def _start(self, core: _core.Scene) -> None:
         self._inner = core
+        # Told after each command: views of the scene.
+        self._watchers: list[Callable[[], None]] = []
         self._kept: dict[str, Any] = {}
         self._kept_at = (-1, -1)
         self._live: tuple[Any, _core.LiveMesh] | None = None
@@ -60,9 +62,9 @@ class SceneView:
     def mesh(self) -> Mesh:
         """The floaters as they are now, joined by triangles; row by row those of ``floaters``, with the same ids.
 
-        From call to call the mesh follows the floaters: edges are flipped, floaters that have died or been born are taken out and
-        put in, and only where the topology has changed is everything joined anew. Its report leaves out what costs time: the distance from the
-        surface, curvatures, self-intersections.
+        From call to call the mesh follows the floaters: edges are flipped, floaters that have died or been born are
+        taken out and put in, and only where the topology has changed is everything joined anew. Its report leaves out
+        what costs time: the distance from the surface, curvatures, self-intersections.
 
         Examples
         --------
@@ -185,6 +187,36 @@ class SceneView:
         return sample(self.model, n=n, spacing=spacing, **given)
 
     # Files ----------------------------------------------------------------------------------------------------
+
+    def to_json(self) -> str:
+        """Give the text of a file of the scene, as :meth:`save` writes it."""
+        return self._inner.to_json()
+
+    def _take(self, text: str) -> None:
+        """Become the scene of such a text; what was done before cannot be undone any more."""
+        watchers = self._watchers
+        self._start(_core.Scene.from_json(text, []))
+        self._watchers = watchers
+
+    def show(self, *, height: int = 600) -> Any:
+        """Show the scene in a notebook, in the Studio: what is done there is done to it, and the other way round.
+
+        Needs ``pip install "isoswarm[notebook]"``.
+
+        Parameters
+        ----------
+        height : int
+            In pixels.
+
+        Returns
+        -------
+        Studio
+            A widget.
+
+        """
+        from isoswarm.studio import Studio
+
+        return Studio(self, height=height)  # type: ignore[arg-type]
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the scene to a file, whole or not at all; :func:`isoswarm.load` reads it back.

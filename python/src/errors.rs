@@ -79,6 +79,7 @@ pub fn geometry(error: GeometryError) -> PyErr {
                 _ => PyOSError::new_err(message),
             },
         },
+        GeometryError::Field(error) => field(error),
         GeometryError::Png(_) => PyOSError::new_err(message),
         GeometryError::Cancelled => PyKeyboardInterrupt::new_err(message),
         _ => PyValueError::new_err(message),

@@ -3,11 +3,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use isoswarm_geometry::{
-    self as core, Background, Coloring, GeometryError, Mesh, Picture, PictureOptions, PointCloud,
-};
+use isoswarm_geometry::{self as core, Background, GeometryError, Mesh, Picture, PictureOptions, PointCloud};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -26,7 +23,7 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    fn borrowed(&self) -> PointCloud<'_> {
+    pub fn borrowed(&self) -> PointCloud<'_> {
         PointCloud {
             points: &self.points,
             normals: self.normals.as_deref(),
@@ -94,17 +91,7 @@ impl Cloud {
             ground,
             ..PictureOptions::default()
         };
-        match coloring {
-            "uniform" => {}
-            "given" => options.coloring = Coloring::Given,
-            "curvature" => options.coloring = Coloring::Curvature,
-            "height" => options.coloring = Coloring::Height,
-            _ => {
-                return Err(PyValueError::new_err(format!(
-                    "coloring: expected uniform, given, curvature or height, given {coloring:?}"
-                )));
-            }
-        }
+        options.coloring = coloring.parse().map_err(errors::geometry)?;
         if transparent {
             options.background = Background::Transparent;
         }
@@ -118,7 +105,7 @@ impl Cloud {
 }
 
 /// Runs `work` on another thread, so that this one can see Ctrl-C and tell it to stop.
-fn interruptible<T: Send>(
+pub fn interruptible<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> Result<T, GeometryError> + Send,
 ) -> PyResult<T> {

@@ -3,7 +3,7 @@ use isoswarm_field::Aabb;
 use isoswarm_geometry::{
     self as core, FaceQuality, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule,
 };
-use isoswarm_particles::{Density, Evenness, Progress, Report, Samples, Status};
+use isoswarm_particles::{Density, Progress, Report, Samples, Status};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -11,6 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::callback;
+use crate::creases::Creases;
 use crate::errors;
 use crate::field::Model;
 use crate::watch::Watch;
@@ -27,7 +28,7 @@ fn rule(name: &str) -> PyResult<Rule> {
 /// Meshes a surface with the interpreter released; columns and report as a dictionary. Exactly one of `n`, `spacing` and `error`
 /// is given.
 #[pyfunction]
-#[pyo3(signature = (model, *, n, spacing, error, lo, hi, rule, density, smoothing, intersections, seed, most, time_limit,
+#[pyo3(signature = (model, *, n, spacing, error, lo, hi, rule, density, creases, smoothing, intersections, seed, most, time_limit,
     progress))]
 pub fn mesh<'py>(
     py: Python<'py>,
@@ -39,6 +40,7 @@ pub fn mesh<'py>(
     hi: [f64; 3],
     rule: &str,
     density: Option<Bound<'py, PyAny>>,
+    creases: bool,
     smoothing: Option<usize>,
     intersections: bool,
     seed: u64,
@@ -72,6 +74,7 @@ pub fn mesh<'py>(
             resolution,
             rule,
             density,
+            creases,
             intersections,
             seed,
             most,
@@ -90,13 +93,14 @@ pub fn mesh<'py>(
 
 /// Meshes samples.
 #[pyfunction]
-#[pyo3(signature = (model, points, normals, radii, *, components, unmet, lo, hi, rule, smoothing, intersections))]
+#[pyo3(signature = (model, points, normals, radii, creases, *, components, unmet, lo, hi, rule, smoothing, intersections))]
 pub fn mesh_samples<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
     points: PyReadonlyArray2<'py, f64>,
     normals: PyReadonlyArray2<'py, f64>,
     radii: PyReadonlyArray1<'py, f64>,
+    creases: Option<Bound<'py, Creases>>,
     components: usize,
     unmet: String,
     lo: [f64; 3],
@@ -105,30 +109,10 @@ pub fn mesh_samples<'py>(
     smoothing: Option<usize>,
     intersections: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let status = if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) };
     let samples = Samples {
-        points: arrays::points("points", &points)?,
-        normals: arrays::points("normals", &normals)?,
-        radii: arrays::column(&radii),
-        areas: Vec::new(),
-        curvatures: Vec::new(),
-        component: Vec::new(),
-        creases: None,
-        report: Report {
-            status: if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) },
-            components,
-            certified: false,
-            max_error: 0.0,
-            evenness: Evenness::default(),
-            spacing: 0.0,
-            area: 0.0,
-            on_bounds: 0,
-            singular: 0,
-            steps: 0,
-            evaluations: 0,
-            births: 0,
-            deaths: 0,
-            warnings: Vec::new(),
-        },
+        creases: creases.map(|c| c.get().inner.clone()),
+        ..bare_samples(&points, &normals, &radii, components, status)?
     };
     let rule = self::rule(rule)?;
     let surface = model.get().field()?.as_ref();
@@ -139,6 +123,23 @@ pub fn mesh_samples<'py>(
     };
     let made = py.detach(work).map_err(errors::particles)?;
     columns(py, made)
+}
+
+/// Samples as far as the mesher looks at them.
+pub fn bare_samples(
+    points: &PyReadonlyArray2<'_, f64>,
+    normals: &PyReadonlyArray2<'_, f64>,
+    radii: &PyReadonlyArray1<'_, f64>,
+    components: usize,
+    status: Status,
+) -> PyResult<Samples> {
+    Ok(Samples {
+        points: arrays::points("points", points)?,
+        normals: arrays::points("normals", normals)?,
+        radii: arrays::column(radii),
+        report: Report { status, components, ..Report::default() },
+        ..Samples::default()
+    })
 }
 
 /// A mesh that follows a swarm.

@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays;
 use crate::callback;
+use crate::creases::Creases;
 use crate::errors;
 use crate::field::Model;
 use crate::watch::Watch;
@@ -18,6 +19,7 @@ struct Request {
     bounds: Aabb,
     method: Method,
     density: Option<DensityRequest>,
+    creases: bool,
     seed: u64,
     start: Option<Vec<[f64; 3]>>,
     most: usize,
@@ -53,7 +55,7 @@ fn method(name: &str) -> PyResult<Method> {
 /// Samples a surface with the interpreter released; columns and report as a dictionary. Exactly one of `n` and
 /// `spacing` is given; what the user passed has been checked for its type.
 #[pyfunction]
-#[pyo3(signature = (model, *, n, spacing, lo, hi, method, density, seed, start, most, steps, time_limit, progress))]
+#[pyo3(signature = (model, *, n, spacing, lo, hi, method, density, creases, seed, start, most, steps, time_limit, progress))]
 pub fn sample<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
@@ -63,6 +65,7 @@ pub fn sample<'py>(
     hi: [f64; 3],
     method: &str,
     density: Option<Bound<'py, PyAny>>,
+    creases: bool,
     seed: u64,
     start: Option<PyReadonlyArray2<'py, f64>>,
     most: usize,
@@ -82,6 +85,7 @@ pub fn sample<'py>(
         density: density.map(|d| {
             if d.is_callable() { DensityRequest::Function(d.unbind()) } else { DensityRequest::Curvature }
         }),
+        creases,
         seed,
         start: start.map(|points| arrays::points("start", &points)).transpose()?,
         most,
@@ -116,10 +120,12 @@ fn run(surface: &dyn Surface, request: Request) -> PyResult<Samples> {
             amount: request.amount,
             method: request.method,
             density,
+            creases: request.creases,
             seed: request.seed,
             start: request.start.as_deref(),
             most: request.most,
             steps: request.steps,
+            creases: false,
             progress: Some(&mut tick),
         },
     );
@@ -139,6 +145,7 @@ fn columns(py: Python<'_>, samples: Samples) -> PyResult<Bound<'_, PyDict>> {
     d.set_item("curvatures", arrays::from_rows(py, samples.curvatures)?)?;
     let component: Vec<i64> = samples.component.into_iter().map(i64::from).collect();
     d.set_item("component", numpy::IntoPyArray::into_pyarray(component, py))?;
+    d.set_item("creases", samples.creases.map(|inner| Creases { inner }))?;
     d.set_item("report", report(py, &samples.report)?)?;
     Ok(d)
 }
@@ -192,7 +199,7 @@ pub fn measure<'py>(
 }
 
 /// Evenness as Python's dataclass takes it.
-fn evenness<'py>(py: Python<'py>, found: &Evenness) -> PyResult<Bound<'py, PyDict>> {
+pub fn evenness<'py>(py: Python<'py>, found: &Evenness) -> PyResult<Bound<'py, PyDict>> {
     let e = PyDict::new(py);
     e.set_item("rho_min", found.rho_min)?;
     e.set_item("rho_avg", found.rho_avg)?;

@@ -2,12 +2,13 @@
 //!
 //! `part`: writes the tape of the CSG part to standard output. `gradients`: 250 smooth-min blobs with 1000 parameters. `solve`: one
 //! solve of a drag with 48, 200 and 1000 parameters. `csg [MODEL.vm
-//! [lo hi]]`: a model at 100,000 points of its surface.
+//! [lo hi]]`: a model at 100,000 points of its surface. `render`: pictures of 512 × 512 of three models.
 
 mod blobs;
 mod csg;
 mod ours;
 mod part;
+mod render;
 mod solve;
 mod timing;
 
@@ -24,14 +25,21 @@ fn main() {
         Some("part") => print_part(),
         Some("gradients") => println!("{}", gradients()),
         Some("csg") => println!("{}", csg(&arguments[1..])),
+        Some("render") => println!("{}", renders()),
         Some("solve") => {
             println!("{}", solves(arguments.get(1).map_or(1000, |m| m.parse().expect("a number"))))
         }
         _ => {
-            eprintln!("usage: isoswarm-bench-fidget part | gradients | solve [M] | csg [MODEL.vm [LO HI]]");
+            eprintln!("usage: isoswarm-bench-fidget part | gradients | solve [M] | csg [MODEL.vm [LO HI]] | render");
             std::process::exit(2);
         }
     }
+}
+
+fn renders() -> Value {
+    let (part, _, _) = part::text();
+    let models = render::models(&part);
+    Value::Array(models.iter().map(|(name, model)| render::compare(name, model, 5)).collect())
 }
 
 fn print_part() {

@@ -35,6 +35,18 @@ fn up(v: f64) -> f64 {
     v + step(v)
 }
 
+/// The smaller of two numbers that are not NaN, as one instruction.
+#[inline(always)]
+fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers that are not NaN, as one instruction.
+#[inline(always)]
+fn largest(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// The range of a monotone function, given its computed values at the ends and a bound on their error (the
 /// `*_ULPS` of [`math`]). The slack is twice that: the value computed at a point inside may be wrong the other way.
 #[inline(always)]
@@ -167,15 +179,15 @@ impl Mul for Interval {
     type Output = Self;
     #[inline(always)]
     fn mul(self, b: Self) -> Self {
-        if self == Self::ZERO || b == Self::ZERO {
-            return Self::ZERO;
-        }
+        // Without branches: several intervals are multiplied side by side.
+        let zero = ((self.lo == 0.0) & (self.hi == 0.0)) | ((b.lo == 0.0) & (b.hi == 0.0));
         let p = [self.lo * b.lo, self.lo * b.hi, self.hi * b.lo, self.hi * b.hi];
         // 0 · ∞ is 0 here: the infinite end stands for arbitrarily large finite numbers.
         let p = p.map(|v| if v.is_nan() { 0.0 } else { v });
-        let lo = p[0].min(p[1]).min(p[2].min(p[3]));
-        let hi = p[0].max(p[1]).max(p[2].max(p[3]));
-        Self { lo: down(lo), hi: up(hi) }
+        let lo = least(least(p[0], p[1]), least(p[2], p[3]));
+        let hi = largest(largest(p[0], p[1]), largest(p[2], p[3]));
+        let (lo, hi) = (down(lo), up(hi));
+        Self { lo: if zero { 0.0 } else { lo }, hi: if zero { 0.0 } else { hi } }
     }
 }
 
@@ -203,13 +215,8 @@ impl Scalar for Interval {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        if self.lo >= 0.0 {
-            self
-        } else if self.hi <= 0.0 {
-            -self
-        } else {
-            Self { lo: 0.0, hi: self.magnitude() }
-        }
+        let lo = largest(largest(self.lo, -self.hi), 0.0);
+        Self { lo, hi: largest(self.lo.abs(), self.hi.abs()) }
     }
     fn sign(self) -> Self {
         Self { lo: self.lo.sign(), hi: self.hi.sign() }
@@ -292,11 +299,11 @@ impl Scalar for Interval {
     }
     #[inline(always)]
     fn min(self, b: Self) -> Self {
-        Self { lo: self.lo.min(b.lo), hi: self.hi.min(b.hi) }
+        Self { lo: least(self.lo, b.lo), hi: least(self.hi, b.hi) }
     }
     #[inline(always)]
     fn max(self, b: Self) -> Self {
-        Self { lo: self.lo.max(b.lo), hi: self.hi.max(b.hi) }
+        Self { lo: largest(self.lo, b.lo), hi: largest(self.hi, b.hi) }
     }
     fn pow(self, b: Self) -> Self {
         let (corner, ulps) = (math::pow, math::POW_ULPS);
@@ -373,13 +380,12 @@ impl Scalar for Interval {
     }
     #[inline(always)]
     fn pass_if_less(self, b: Self, g: Self) -> Self {
-        let zero = Self { lo: 0.0, hi: 0.0 };
-        if self.hi < b.lo {
-            g
-        } else if self.lo > b.hi {
-            zero
-        } else {
-            g.hull(zero)
-        }
+        let (below, above) = (self.hi < b.lo, self.lo > b.hi);
+        let (lo, hi) = (least(g.lo, 0.0), largest(g.hi, 0.0));
+        let end = |open: f64, taken: f64| {
+            let open = if above { 0.0 } else { open };
+            if below { taken } else { open }
+        };
+        Self { lo: end(lo, g.lo), hi: end(hi, g.hi) }
     }
 }

@@ -39,6 +39,8 @@ pub(crate) struct Leaf {
     pub program: Program,
     /// Operations carried out for each point.
     pub operations: usize,
+    /// The tape itself, where it is kept instead of a program.
+    pub tape: Option<Tape>,
 }
 
 /// What a build needs to know of the whole model.
@@ -67,7 +69,17 @@ impl Whole<'_> {
             return Vec::new();
         }
         let curve = Curve::new(points);
-        let cut = Cut { whole: self, curve: &curve, margin, options };
+        let cut = Cut { whole: self, curve: &curve, margin, options, tapes: false };
+        cut.descend(&Node { tape: self.tape, start: 0, end: points.len() })
+    }
+
+    /// The same with the leaves' tapes instead of programs.
+    pub(crate) fn tapes(&self, points: &[[f64; 3]], options: RegionOptions) -> Vec<Leaf> {
+        if points.is_empty() {
+            return Vec::new();
+        }
+        let curve = Curve::new(points);
+        let cut = Cut { whole: self, curve: &curve, margin: 0.0, options, tapes: true };
         cut.descend(&Node { tape: self.tape, start: 0, end: points.len() })
     }
 
@@ -108,6 +120,8 @@ struct Cut<'a> {
     curve: &'a Curve<'a>,
     margin: f64,
     options: RegionOptions,
+    /// Whether leaves keep their tapes instead of programs.
+    tapes: bool,
 }
 
 impl Cut<'_> {
@@ -116,7 +130,7 @@ impl Cut<'_> {
         let children = self.prune(node, &parts);
         let below = |(leaf, tape): (Leaf, Tape)| {
             if self.is_last(leaf.end - leaf.start) {
-                return vec![leaf];
+                return vec![Leaf { tape: self.tapes.then_some(tape), ..leaf }];
             }
             self.descend(&Node { tape: &tape, start: leaf.start, end: leaf.end })
         };
@@ -147,9 +161,13 @@ impl Cut<'_> {
                 let tape = node.tape.pruned(spans, lane, scratch);
                 // Only leaves are evaluated.
                 let last = self.is_last(part.len());
-                let program = if last { Program::new(&tape, Purpose::Inputs) } else { Program::default() };
+                let program = if last && !self.tapes {
+                    Program::new(&tape, Purpose::Inputs)
+                } else {
+                    Program::default()
+                };
                 let (start, end) = (part.start, part.end);
-                (Leaf { start, end, bounds: boxes[lane], program, operations: tape.len() }, tape)
+                (Leaf { start, end, bounds: boxes[lane], program, operations: tape.len(), tape: None }, tape)
             };
             parts.iter().enumerate().map(one).collect()
         })

@@ -1,7 +1,7 @@
 //! What the particles need to know of a surface, and nothing more.
 
-use crate::FieldError;
 use crate::switches::Switches;
+use crate::{FieldError, SparseRows};
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +124,22 @@ pub trait Parametric: Surface {
         gradient: &mut [[f64; 3]],
         q_gradient: &mut [f64],
     ) -> Result<(), FieldError>;
+
+    /// The same with only those entries of ∂F/∂q that may be other than nothing: where a model is local, those of the few
+    /// parameters that occur near a point. What is left out is 0, or belongs to exponentials that all together move the surface
+    /// by no more than 1e-13 of its size; the other entries are those of [`Parametric::parameter_gradient`], but for the order of
+    /// sums.
+    fn sparse_parameter_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) -> Result<SparseRows, FieldError> {
+        let m = self.freedom();
+        let mut q = vec![0.0; points.len() * m];
+        self.parameter_gradient(points, value, gradient, &mut q)?;
+        Ok(SparseRows::all(m, points.len(), q))
+    }
 }
 
 /// The result of an interval search: see [`Surface::cells`].

@@ -136,6 +136,14 @@ impl Tape {
         self.instrs.iter().position(|i| i.code == Code::Input && i.args[0] as usize == number)
     }
 
+    /// Whether an instruction may jump where its operands do not.
+    pub(crate) fn jumps(&self) -> bool {
+        use Op::{Atan2, Ceil, Choose, Floor, Less, Mod, Round};
+        self.instrs
+            .iter()
+            .any(|i| matches!(i.code, Code::Op(Floor | Ceil | Round | Less | Choose | Mod | Atan2, _)))
+    }
+
     /// Number of instructions that are minima, maxima or selections.
     pub fn choices(&self) -> usize {
         let choice = |i: &&Instr| matches!(i.code, Code::Op(Op::Min | Op::Max | Op::Choose, _));

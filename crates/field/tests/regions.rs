@@ -281,3 +281,28 @@ fn thread_counts_do_not_matter() {
         .collect();
     assert!(results.windows(2).all(|w| w[0] == w[1]));
 }
+
+#[test]
+fn deformed_shapes_have_bounds() {
+    let texts = [
+        "taper(box(1, 1, 2), 0.4)",
+        "taper(translate(sphere(1), 2, 0, 0), -0.3, axis=0)",
+        "twist(box(2, 1, 3), 1.5)",
+        "twist(translate(box(1, 1, 1), 2, 0, 0), 0.8, axis=1)",
+        "bend(box(4, 0.5, 0.5), 0.6)",
+        "bend(box(4, 0.5, 0.5), 0)",
+        "bend(cylinder(0.3, 3), 0.5, axis=1)",
+        "twist(taper(box(1, 1, 2), 0.4), 0.7)",
+    ];
+    for text in texts {
+        let f = field(text);
+        let bounds = f.bounds().unwrap_or_else(|| panic!("{text}: no box"));
+        assert!(bounds.diagonal() < 25.0, "{text}: {bounds:?}");
+        let zeros = cells_keep_zeros(&f, &bounds, bounds.diagonal() / 16.0, &scattered(200, 4.0, 27));
+        assert!(zeros.unwrap_or_else(|e| panic!("{text}: {e}")) > 20, "{text}");
+        // What Newton's method finds from afar lies in the box too.
+        let found = newton(&f, &bounds.grown(2.0 * bounds.diagonal()), 300);
+        assert!(found.len() > 20, "{text}: {} zeros", found.len());
+        assert!(found.iter().all(|p| bounds.contains(*p)), "{text}");
+    }
+}

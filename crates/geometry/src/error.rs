@@ -103,6 +103,12 @@ pub enum GeometryError {
     /// The caller asked to stop before the picture was done.
     #[error("the picture was cancelled before it was done; nothing was written")]
     Cancelled,
+    /// A function to integrate failed, or gave something that is not a finite number.
+    #[error("integrand: {0}")]
+    Integrand(String),
+    /// The surface could not be evaluated.
+    #[error(transparent)]
+    Field(#[from] isoswarm_field::FieldError),
 }
 
 impl GeometryError {
@@ -114,6 +120,7 @@ impl GeometryError {
             }
             PermissionDenied | ReadOnlyFilesystem => "choose a folder that you may write to",
             NotFound | NotADirectory => "create the folder first",
+            Unsupported => "there are no files here: write to memory with the format's `write`",
             IsADirectory => "this is a folder: add a file name",
             FileTooLarge => {
                 "save to a file system that allows larger files; an earlier file of that name is unchanged"

@@ -16,20 +16,25 @@
 //!
 //! [`save`] writes PLY, OBJ, CSV or NPZ, chosen by the file's ending, and never leaves half a file behind.
 
+mod certify;
 mod error;
 mod files;
+mod measure;
 mod mesh;
 mod picture;
 mod points;
+pub mod render;
 
+pub use certify::{Certificate, CertifyOptions, Component, certify};
 pub use error::GeometryError;
 pub use files::{FileFormat, MeshFormat, save, save_mesh, write_atomically};
+pub use measure::{Estimate, Integrand, MeasureOptions, Measures, Moment, measure};
 pub use mesh::{
     FaceQuality, Fault, LiveMesh, LiveUpdate, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution,
-    Rule, Topology, mesh, mesh_samples,
+    Rule, Topology, mesh, mesh_patch, mesh_samples,
 };
 pub use picture::{
-    Background, Coloring, Colormap, Picture, PictureOptions, Style, animate, colors, render, render_framed,
-    render_until,
+    Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,
+    Solid, Style, Subject, animate, colors, draw, render, render_framed, render_until,
 };
 pub use points::PointCloud;

@@ -1,7 +1,7 @@
 //! Evenness, speed and memory of `sample` on a few surfaces, to be read by people:
 //! `cargo run --release -p isoswarm-particles --example measure -- 100000 blobs`
 //! takes the number of samples and a name of a surface (`sixteen`, `protein`, ...), a formula, or `all`; then the seed,
-//! the method, and how often to run (the fastest counts).
+//! the method, how often to run (the fastest counts), and the steps of settling at full resolution.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -86,9 +86,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => Method::Even,
     };
     let runs: usize = args.get(5).map_or(Ok(1), |s| s.parse())?;
+    let steps = args.get(6).map(|s| s.parse()).transpose()?;
     for (name, formula, bounds) in surfaces(which)? {
         let field = Field::new(&text::parse(&formula, &[])?)?;
-        let mut fastest = f64::INFINITY;
+        let (mut fastest, mut least) = (f64::INFINITY, f64::INFINITY);
         for run in 1..=runs {
             let mut log = Log::new();
             let mut watch = |p: &Progress| {
@@ -96,12 +97,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 ControlFlow::Continue(())
             };
             let progress: Option<&mut ProgressFn<'_>> = Some(&mut watch);
-            let options = Options { amount: Amount::Count(n), method, seed, progress, ..Options::default() };
+            let options =
+                Options { amount: Amount::Count(n), method, seed, steps, progress, ..Options::default() };
             let s = sample(&field, &bounds, options)?;
             fastest = fastest.min(log.seconds());
+            least = least.min(log.processor());
             if run == runs {
                 log.print();
-                describe(name, fastest, &s);
+                describe(name, fastest, least, &s);
             }
         }
     }
@@ -136,13 +139,18 @@ fn surfaces(which: &str) -> Result<Vec<Case>, Box<dyn std::error::Error>> {
 /// When each phase and each resolution began.
 struct Log {
     clock: Instant,
+    begin: f64,
     last: (Phase, usize),
     lines: Vec<String>,
 }
 
 impl Log {
     fn new() -> Self {
-        Self { clock: Instant::now(), last: (Phase::Seeding, 0), lines: Vec::new() }
+        Self { clock: Instant::now(), begin: processor(), last: (Phase::Seeding, 0), lines: Vec::new() }
+    }
+
+    fn processor(&self) -> f64 {
+        processor() - self.begin
     }
 
     fn seconds(&self) -> f64 {
@@ -152,8 +160,14 @@ impl Log {
     fn note(&mut self, p: &Progress) {
         if (p.phase, p.floaters) != self.last {
             self.last = (p.phase, p.floaters);
-            let line =
-                format!("{:.3} s: {:?}, {} floaters, step {}", self.seconds(), p.phase, p.floaters, p.steps);
+            let line = format!(
+                "{:.3} s ({:.3} s of the processor): {:?}, {} floaters, step {}",
+                self.seconds(),
+                self.processor(),
+                p.phase,
+                p.floaters,
+                p.steps
+            );
             self.lines.push(line);
         }
     }
@@ -163,6 +177,14 @@ impl Log {
     }
 }
 
+/// Processor time of all threads so far in seconds, where the system tells it: on a busy machine it says more.
+fn processor() -> f64 {
+    let Ok(threads) = std::fs::read_dir("/proc/self/task") else { return f64::NAN };
+    let running = |t: std::fs::DirEntry| std::fs::read_to_string(t.path().join("schedstat")).ok();
+    let all = threads.flatten().filter_map(running);
+    1e-9 * all.filter_map(|s| s.split_whitespace().next()?.parse::<f64>().ok()).sum::<f64>()
+}
+
 /// The high-water mark of this programme's memory in bytes, where the system tells it.
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -170,10 +192,10 @@ fn peak() -> Option<f64> {
     Some(1024.0 * line.split_whitespace().next()?.parse::<f64>().ok()?)
 }
 
-fn describe(name: &str, seconds: f64, s: &Samples) {
+fn describe(name: &str, seconds: f64, processor: f64, s: &Samples) {
     let (r, e) = (&s.report, &s.report.evenness);
     println!(
-        "{name}: {seconds:.3} s, {} samples, rho_min {:.3}, rho_avg {:.3}, CV {:.4}, six-valent {:.3}, coverage {:.3}, \
+        "{name}: {seconds:.3} s, {processor:.3} s of the processor, {} samples, rho_min {:.3}, rho_avg {:.3}, CV {:.4}, six-valent {:.3}, coverage {:.3}, \
          off {:.1e}, spacing {:.5}, area {:.5}, {} components, certified {}, {} steps, {:.0} evaluations a sample, {:?}",
         s.points.len(),
         e.rho_min,

@@ -12,7 +12,7 @@ use crate::constraint::{Target, project};
 use crate::edges::EdgeFloaters;
 use crate::options::{self, Amount, Density};
 use crate::population::{self, Habitat, linear};
-use crate::relax::{Moved, Relaxation};
+use crate::relax::{Moved, Pace, Relaxation};
 use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::seeding::Seeds;
@@ -20,25 +20,17 @@ use crate::sizing::Sizing;
 use crate::swarm::Swarm;
 use crate::vector::V3;
 
-/// How a phase of the relaxation goes: σ in square roots of the mean cell, gain, momentum, and the part of the floaters
-/// that may outrun their lists of neighbours.
-#[derive(Clone, Copy)]
-struct Phase {
-    sigma: f64,
-    gain: f64,
-    momentum: f64,
-    stray: f64,
-}
+// How the phases of the relaxation go: σ in square roots of the mean cell.
 
 /// From random points. A gain of .72 is α Δt = 6 × .12 in WH94's units; 1.1 diverges on random points.
-const ROUGH: Phase = Phase { sigma: 0.45, gain: 0.72, momentum: 0.9, stray: 0.02 };
+const ROUGH: Pace = Pace { sigma: 0.45, gain: 0.72, momentum: 0.9, skin: 0.8, stray: 0.02 };
 /// From a lattice, whose floaters keep their distance and bear longer steps.
-const REFINED: Phase = Phase { sigma: 0.45, gain: 1.6, momentum: 0.8, stray: 0.02 };
+const REFINED: Pace = Pace { sigma: 0.45, gain: 1.6, momentum: 0.8, skin: 0.8, stray: 0.02 };
 /// Slow modes at the last level.
-const SETTLING: Phase = Phase { sigma: 0.42, gain: 2.5, momentum: 0.8, stray: 0.02 };
+const SETTLING: Pace = Pace { sigma: 0.42, gain: 2.5, momentum: 0.8, skin: 0.8, stray: 0.02 };
 /// Nearest neighbours only: evens out the distances around defects. The smaller σ, the softer the lattice, the larger
 /// the gain.
-const POLISHING: Phase = Phase { sigma: 0.31, gain: 5.0, momentum: 0.7, stray: 0.0 };
+const POLISHING: Pace = Pace { sigma: 0.31, gain: 5.0, momentum: 0.7, skin: 1.6, stray: 0.0 };
 
 /// Steps at the coarsest level, at each between, and at the last one: before settling, most while settling
 /// (`Options::steps`), and polishing. Order that is found while floaters are few costs little.
@@ -271,7 +263,7 @@ struct Work<'w, 'a, 's> {
     /// Square root of a size-1 cell at present.
     unit: f64,
     relaxation: Relaxation<'s>,
-    phase: Phase,
+    phase: Pace,
 }
 
 /// To how many floaters a population is brought.
@@ -388,14 +380,13 @@ impl Work<'_, '_, '_> {
         ((ratio - 1.0).abs() > CLOSE && n != self.n).then_some(n)
     }
 
-    fn enter(&mut self, phase: Phase) {
+    fn enter(&mut self, phase: Pace) {
         self.phase = phase;
         self.tune();
     }
 
     fn tune(&mut self) {
-        let Phase { sigma, gain, momentum, stray } = self.phase;
-        self.relaxation.tune(sigma * self.unit, gain, momentum, stray);
+        self.relaxation.tune(Pace { sigma: self.phase.sigma * self.unit, ..self.phase });
     }
 
     /// Makes `swarm` the present one, in spatial order.

@@ -17,6 +17,11 @@ use crate::seeding::{Seeds, divide};
 use crate::swarm::{FREE, Swarm};
 use crate::vector::{self, add, distance};
 
+/// What the surface may be off, in square roots of the mean cell, from where the last projection starts. Newton's method
+/// squares it.
+const NEARLY: f64 = 1e-6;
+/// The same where curvatures are measured.
+const MEASURED: f64 = 1e-9;
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
 const FINE: f64 = 1.0;
 
@@ -66,7 +71,15 @@ pub(crate) fn finish(
     swarm.velocity = Vec::new();
     let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
     let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
-    let left = project(surface, &mut run.evaluations, &walls, &mut swarm.points, &mut swarm.normals, target)?;
+    let Swarm { points, normals, .. } = &mut swarm;
+    let sketch = surface.sketch(NEARLY * unit);
+    if let Some(sketch) = sketch.as_deref() {
+        // The first of the way where a look costs less.
+        let near = Target { tolerance: NEARLY * unit, rounds: 4, ..target };
+        project(sketch, &mut run.evaluations, &walls, points, normals, near)?;
+    }
+    let left = project(surface, &mut run.evaluations, &walls, points, normals, target)?;
+    drop(sketch);
     if let Some(creases) = &creases {
         put_creases_first(&mut swarm, creases, unit);
     }
@@ -87,7 +100,10 @@ pub(crate) fn finish(
             cell.area = known;
         }
     }
-    let mut curvatures = curvature::principal(surface, &swarm, &first.lists, walls.axes);
+    let measured = surface.sketch(MEASURED * unit);
+    let mut curvatures =
+        curvature::principal(measured.as_deref().unwrap_or(surface), &swarm, &first.lists, walls.axes);
+    drop(measured);
     if let Some(creases) = &creases {
         // Undefined there.
         curvatures[..creases.points.len()].fill([f64::NAN; 2]);
@@ -95,7 +111,8 @@ pub(crate) fn finish(
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     let (component, components) = if seeds.too_coarse_for(swarm.len()) {
-        divide(surface, run, &walls, &swarm, &first.lists, unit)?
+        let sketch = surface.sketch(NEARLY * unit);
+        divide(sketch.as_deref().unwrap_or(surface), run, &walls, &swarm, &first.lists, unit)?
     } else {
         in_order(&swarm.label)
     };

@@ -16,11 +16,13 @@ mod kernel;
 pub mod metrics;
 mod neighbors;
 mod options;
+pub mod parametric;
 mod population;
 mod project;
 mod random;
 mod relax;
 mod report;
+mod repulsion;
 mod rings;
 pub mod rng;
 mod run;
@@ -29,6 +31,7 @@ mod seeding;
 mod sizing;
 mod stars;
 mod swarm;
+mod tangential;
 
 use isoswarm_field::vector;
 
@@ -42,3 +45,4 @@ pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;
 pub use sample::sample;
 pub use swarm::same_sheet;
+pub use tangential::{Change, normal_keeping_velocity};

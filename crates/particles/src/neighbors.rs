@@ -6,6 +6,9 @@
 
 mod grid;
 
+use std::ops::Range;
+
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 pub use grid::{Grid, spatial_order};
@@ -70,17 +73,7 @@ impl Neighbors {
             .into_par_iter()
             .map(|t| {
                 let cells = t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(grid.len());
-                let mut part = Part::default();
-                let mut near = Candidates::default();
-                for c in cells {
-                    near.gather(&grid, points, c);
-                    for &i in grid.members(c) {
-                        part.row(i, |row| {
-                            near.within(points[i as usize], radius, i, row, |j| mark(i as usize, j as usize));
-                        });
-                    }
-                }
-                part.done()
+                Arch::new().dispatch(Within { grid: &grid, points, radius, mark: &mark, cells })
             })
             .collect();
         Self::new(points.len(), parts)
@@ -156,6 +149,35 @@ impl Neighbors {
     }
 }
 
+/// One task of [`Neighbors::of_equals`]: the rows of all particles in some cells.
+struct Within<'a, F> {
+    grid: &'a Grid,
+    points: &'a [V3],
+    radius: f64,
+    mark: &'a F,
+    cells: Range<usize>,
+}
+
+impl<F: Fn(usize, usize) -> Option<u32>> NullaryFnOnce for Within<'_, F> {
+    type Output = Part;
+
+    #[inline(always)]
+    fn call(self) -> Part {
+        let Self { grid, points, radius, mark, cells } = self;
+        let mut part = Part::for_about(cells.clone().map(|c| grid.members(c).len()).sum());
+        let mut near = Candidates::default();
+        for c in cells {
+            near.gather(grid, points, c);
+            for &i in grid.members(c) {
+                part.row(i, |row| {
+                    near.within(points[i as usize], radius, i, row, |j| mark(i as usize, j as usize));
+                });
+            }
+        }
+        part.done()
+    }
+}
+
 /// What one task has found.
 #[derive(Default)]
 struct Part {
@@ -164,7 +186,15 @@ struct Part {
     rows: Vec<u32>,
 }
 
+/// Neighbours of a particle for which room is made beforehand.
+const USUAL: usize = 16;
+
 impl Part {
+    /// Room for about so many particles.
+    fn for_about(n: usize) -> Self {
+        Self { particles: Vec::with_capacity(n), rows: Vec::with_capacity((USUAL + 1) * n) }
+    }
+
     /// Adds the row of particle `i`, which `fill` writes.
     #[inline(always)]
     fn row(&mut self, i: u32, fill: impl FnOnce(&mut Vec<u32>)) {
@@ -188,10 +218,13 @@ struct Candidates {
     x: Vec<f64>,
     y: Vec<f64>,
     z: Vec<f64>,
+    /// Squares of the distances to one particle.
+    square: Vec<f64>,
     hits: Vec<u32>,
 }
 
 impl Candidates {
+    #[inline(always)]
     fn gather(&mut self, grid: &Grid, points: &[V3], c: usize) {
         self.index.clear();
         let at = grid.at(c);
@@ -205,10 +238,11 @@ impl Candidates {
         self.x.extend(self.index.iter().map(|&j| points[j as usize][0]));
         self.y.extend(self.index.iter().map(|&j| points[j as usize][1]));
         self.z.extend(self.index.iter().map(|&j| points[j as usize][2]));
+        self.square.resize(self.index.len(), 0.0);
         self.hits.resize(self.index.len(), 0);
     }
 
-    #[inline]
+    #[inline(always)]
     fn within(
         &mut self,
         p: V3,
@@ -219,15 +253,25 @@ impl Candidates {
     ) {
         let r2 = radius * radius;
         let m = self.index.len();
-        let (x, y, z, index, hits) =
-            (&self.x[..m], &self.y[..m], &self.z[..m], &self.index[..m], &mut self.hits[..m]);
-        let mut count = 0;
+        let (x, y, z, index) = (&self.x[..m], &self.y[..m], &self.z[..m], &self.index[..m]);
+        let (square, hits) = (&mut self.square[..m], &mut self.hits[..m]);
         for k in 0..m {
             let (dx, dy, dz) = (x[k] - p[0], y[k] - p[1], z[k] - p[2]);
-            hits[count] = index[k];
-            count += usize::from(dx * dx + dy * dy + dz * dz <= r2);
+            square[k] = dx * dx + dy * dy + dz * dz;
         }
-        out.extend(hits[..count].iter().filter(|j| **j != own).filter_map(|&j| mark(j).map(|m| j | m)));
+        let mut count = 0;
+        for k in 0..m {
+            hits[count] = index[k];
+            count += usize::from(square[k] <= r2);
+        }
+        out.reserve(count);
+        for &j in hits[..count].iter() {
+            if j != own
+                && let Some(m) = mark(j)
+            {
+                out.push(j | m);
+            }
+        }
     }
 }
 

@@ -8,16 +8,14 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::constraint::{Target, Walls, evaluate, project_together};
-use crate::kernel::gauss;
 use crate::neighbors::Neighbors;
-use crate::swarm::{FREE, Swarm, share};
+use crate::repulsion::{CUTOFF, repulsion};
+use crate::swarm::{FREE, Swarm};
 use crate::vector::{V3, add, distance, dot, norm, scale, sub, unit};
 
-/// Repulsion ends at this many σ: at 3 it stalls, beyond 4 it costs more than it brings.
-const CUTOFF: f64 = 4.0;
-/// Lists are drawn this many σ wider and serve until too many floaters have gone that far. Two that approach each other from
-/// outside may meet at 4 - .8 σ unseen by then; a force of a hundredth of that between neighbours.
-const SKIN: f64 = 0.8;
+/// Distance in σ down to which two floaters that approach each other may go unseen: a force of a hundredth of that between
+/// neighbours.
+const UNSEEN: f64 = 3.2;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
@@ -43,6 +41,22 @@ pub(crate) struct Moved {
     away: f64,
 }
 
+/// How a swarm is being spread.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pace {
+    /// Radius of repulsion of a floater of size 1 (length).
+    pub(crate) sigma: f64,
+    /// Displacement per force.
+    pub(crate) gain: f64,
+    /// Part of the last displacement that is kept: the heavy ball.
+    pub(crate) momentum: f64,
+    /// Lists of neighbours are drawn this many σ wider than repulsion reaches, and serve until too many floaters have gone so
+    /// far that there may be two at less than [`UNSEEN`] that are not in them.
+    pub(crate) skin: f64,
+    /// Part of the floaters that may go farther than the lists allow for before they are drawn anew.
+    pub(crate) stray: f64,
+}
+
 /// A swarm that is being spread over a surface.
 pub(crate) struct Relaxation<'s> {
     surface: &'s dyn Surface,
@@ -50,19 +64,15 @@ pub(crate) struct Relaxation<'s> {
     walls: Walls,
     /// Gradients up to this length count as zero.
     least: f64,
-    /// Radius of repulsion of a floater of size 1.
-    sigma: f64,
-    /// Displacement per force.
-    gain: f64,
-    /// Part of the last displacement that is kept: the heavy ball.
-    momentum: f64,
+    pace: Pace,
     pub(crate) swarm: Swarm,
     pub(crate) evaluations: u64,
     lists: Neighbors,
-    /// Length of the way of each floater since the lists were drawn, in its σ.
+    /// How far a floater of size 1 sees in the lists.
+    sight: f64,
+    /// Length of the way of each floater since the lists were drawn, in its sight.
     way: Vec<f32>,
-    /// Part of the floaters that may go farther than the lists allow for before they are drawn anew, and that have.
-    stray: f64,
+    /// Part of the floaters that have gone farther than the lists allow for.
     away: f64,
     moved_since_narrowing: f64,
     next: Vec<V3>,
@@ -81,14 +91,12 @@ impl<'s> Relaxation<'s> {
             narrowed: None,
             walls,
             least,
-            sigma: 1.0,
-            gain: 0.0,
-            momentum: 0.0,
+            pace: Pace { sigma: 1.0, gain: 0.0, momentum: 0.0, skin: 1.0, stray: 0.0 },
             swarm,
             evaluations: 0,
             lists: Neighbors::default(),
+            sight: 0.0,
             way: Vec::new(),
-            stray: 0.0,
             away: f64::INFINITY,
             moved_since_narrowing: f64::INFINITY,
             next: Vec::new(),
@@ -115,19 +123,28 @@ impl<'s> Relaxation<'s> {
         std::mem::take(&mut self.swarm)
     }
 
-    /// Changes the radius of repulsion (length), the gain and the momentum of the steps to come, and which part of the
-    /// floaters may go farther than the lists of neighbours allow for.
-    pub(crate) fn tune(&mut self, sigma: f64, gain: f64, momentum: f64, stray: f64) {
-        (self.sigma, self.gain, self.momentum, self.stray) = (sigma, gain, momentum, stray);
-        self.away = f64::INFINITY;
+    /// Changes the pace of the steps to come. Lists of neighbours that reach far enough go on to serve.
+    pub(crate) fn tune(&mut self, pace: Pace) {
+        self.pace = pace;
+        if self.away.is_finite() {
+            let room = self.room();
+            let away = self.way.iter().filter(|w| **w > room).count();
+            self.away = if room > 0.0 { away as f64 / self.way.len().max(1) as f64 } else { f64::INFINITY };
+        }
+    }
+
+    /// How far floaters may go before the lists of neighbours are drawn anew, in the lists' sight.
+    fn room(&self) -> f32 {
+        (0.5 * (1.0 - UNSEEN * self.pace.sigma / self.sight)) as f32
     }
 
     /// Draws the lists of neighbours anew where motion demands it.
     fn look_around(&mut self) {
-        if self.away > self.stray {
+        if self.away > self.pace.stray {
             // First give back the memory of the old ones.
             self.lists = Neighbors::default();
-            self.lists = self.swarm.surroundings((CUTOFF + SKIN) * self.sigma);
+            self.sight = (CUTOFF + self.pace.skin) * self.pace.sigma;
+            self.lists = self.swarm.surroundings(self.sight);
             self.way.clear();
             self.way.resize(self.swarm.len(), 0.0);
             self.away = 0.0;
@@ -143,8 +160,9 @@ impl<'s> Relaxation<'s> {
         self.look_around();
         self.next.resize(n, [0.0; 3]);
         self.displace();
-        if self.moved_since_narrowing > NARROW * self.sigma {
-            self.narrowed = self.surface.narrowed(&self.swarm.points, (NARROW + LONGEST) * self.sigma)?;
+        let sigma = self.pace.sigma;
+        if self.moved_since_narrowing > NARROW * sigma {
+            self.narrowed = self.surface.narrowed(&self.swarm.points, (NARROW + LONGEST) * sigma)?;
             self.moved_since_narrowing = 0.0;
         }
         let surface = self.narrowed.as_deref().unwrap_or(self.surface);
@@ -161,11 +179,10 @@ impl<'s> Relaxation<'s> {
 
     /// Forces from the present positions; displaced positions into `next`.
     fn displace(&mut self) {
-        let Self { walls, sigma, swarm, lists, next, gain, momentum, .. } = self;
-        let (gain, momentum) = (*gain, *momentum);
+        let Self { walls, pace, swarm, lists, next, .. } = self;
+        let Pace { sigma, gain, momentum, .. } = *pace;
         let Swarm { points, normals, velocity, size, held, .. } = swarm;
-        let (points, normals, size, sigma) = (&points[..], &normals[..], &size[..], *sigma);
-        let held = &held[..];
+        let (points, normals, size, held) = (&points[..], &normals[..], &size[..], &held[..]);
         let arch = Arch::new();
         next.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK)).enumerate().for_each(
             |(c, (next, velocity))| {
@@ -189,8 +206,9 @@ impl<'s> Relaxation<'s> {
 
     /// Newton-corrects `next`, takes the new normals and measures the motion.
     fn settle(&mut self) -> Moved {
-        let Self { walls, least, sigma, swarm, next, value, gradient, way, .. } = self;
-        let (walls, least, sigma) = (*walls, *least, *sigma);
+        let room = self.room();
+        let Self { walls, least, pace, sight, swarm, next, value, gradient, way, .. } = self;
+        let (walls, least, sigma, part) = (*walls, *least, pace.sigma, pace.sigma / *sight);
         let points = &swarm.points[..];
         let size = &swarm.size[..];
         let held = &swarm.held[..];
@@ -229,8 +247,8 @@ impl<'s> Relaxation<'s> {
                     let d = distance(next[k], points[i]);
                     square += (d / own) * (d / own);
                     most = most.max(d);
-                    way[k] += (d / own) as f32;
-                    away += usize::from(way[k] > SKIN as f32);
+                    way[k] += (d / own * part) as f32;
+                    away += usize::from(way[k] > room);
                 }
                 (square, most, away, turned)
             })
@@ -247,15 +265,12 @@ impl<'s> Relaxation<'s> {
 
     /// Further Newton steps for those that turned: behind a crease one step is not enough.
     fn settle_turned(&mut self, moved: &mut Moved) -> Result<(), FieldError> {
-        let own = |i: usize| self.sigma * self.swarm.size.get(i).copied().unwrap_or(1.0);
+        let sigma = self.pace.sigma;
+        let own = |i: usize| sigma * self.swarm.size.get(i).copied().unwrap_or(1.0);
         let mut points: Vec<V3> = self.turned.iter().map(|&i| self.next[i as usize]).collect();
         let mut normals: Vec<V3> = self.turned.iter().map(|&i| self.swarm.normals[i as usize]).collect();
-        let target = Target {
-            tolerance: 1e-3 * self.sigma,
-            longest: LONGEST * self.sigma,
-            least: self.least,
-            rounds: 4,
-        };
+        let target =
+            Target { tolerance: 1e-3 * sigma, longest: LONGEST * sigma, least: self.least, rounds: 4 };
         let among = Among {
             field: self.narrowed.as_deref().filter(|_| MANY * self.turned.len() > self.next.len()),
             whole: self.surface,
@@ -346,10 +361,6 @@ struct Displace<'a> {
     velocity: &'a mut [V3],
 }
 
-/// Neighbours that are handled side by side. The sums run over as many partial sums, whatever the width of the
-/// machine's vectors, so that they give the same bits everywhere.
-const LANES: usize = 8;
-
 impl pulp::NullaryFnOnce for Displace<'_> {
     type Output = ();
 
@@ -380,67 +391,7 @@ impl pulp::NullaryFnOnce for Displace<'_> {
     }
 }
 
-/// The force of a Gaussian fades below σ, so that pressure (over a crease, against the bounds) could hold floaters on
-/// one spot. So much stronger is it made towards a distance of zero; beyond σ it is the Gaussian's.
-const CORE: f64 = 8.0;
-
 /// How fast the force changes with the place of a floater in a lattice with neighbours at 2.2 σ. Where it changes faster
 /// (in a crowd, or in a crevice, where the neighbours on both sides count) steps are so much shorter: else they would
 /// go too far, and come back, for ever.
 const STIFF: f64 = 1.6;
-
-/// Σ share r^ij exp(-|r^ij|²/2σ²), σ² the mean of the squares of both where sizes differ, and Σ share | |r|²/σ² - 1 | exp(...),
-/// which bounds how fast it changes.
-#[inline(always)]
-fn repulsion(i: usize, points: &[V3], normals: &[V3], near: &[u32], size: &[f64], sigma: f64) -> (V3, f64) {
-    let p = points[i];
-    let equal = -0.5 / (sigma * sigma);
-    let mut fx = [0.0; LANES];
-    let mut fy = [0.0; LANES];
-    let mut fz = [0.0; LANES];
-    let mut stiff = [0.0; LANES];
-    for near in near.chunks(LANES) {
-        let (mut x, mut y, mut z, mut half) = ([0.0; LANES], [0.0; LANES], [0.0; LANES], [equal; LANES]);
-        let mut part = [1.0; LANES];
-        // Beyond the cutoff, so that lanes without a neighbour add nothing.
-        x[near.len()..].fill(1e3 * sigma);
-        for (l, &entry) in near.iter().enumerate() {
-            let j = (entry & !Neighbors::MARK) as usize;
-            let q = points[j];
-            x[l] = p[0] - q[0];
-            y[l] = p[1] - q[1];
-            z[l] = p[2] - q[2];
-            if p == q {
-                // On one spot there is no direction; any will do if the other takes the opposite one.
-                let way = if i < j { 1e-3 } else { -1e-3 } * sigma;
-                (x[l], y[l], z[l]) = (way, 0.7 * way, 0.4 * way);
-            }
-            if entry & Neighbors::MARK != 0 {
-                part[l] = share(p, q, normals[i], normals[j]);
-            }
-        }
-        if !size.is_empty() {
-            for (l, &entry) in near.iter().enumerate() {
-                let (a, b) = (size[i], size[(entry & !Neighbors::MARK) as usize]);
-                half[l] = 2.0 * equal / (a * a + b * b);
-            }
-        }
-        for l in 0..LANES {
-            let u = -half[l] * (x[l] * x[l] + y[l] * y[l] + z[l] * z[l]);
-            let w = if u < 0.5 * CUTOFF * CUTOFF { gauss(u.min(0.5 * CUTOFF * CUTOFF)) } else { 0.0 };
-            let t = (1.0 - 2.0 * u).max(0.0);
-            let w = part[l] * (w + CORE * w * (t * t));
-            fx[l] += w * x[l];
-            fy[l] += w * y[l];
-            fz[l] += w * z[l];
-            stiff[l] += w * (2.0 * u - 1.0).abs();
-        }
-    }
-    ([fold(fx), fold(fy), fold(fz)], fold(stiff))
-}
-
-/// The sum of the lanes in a fixed order.
-#[inline(always)]
-fn fold(v: [f64; LANES]) -> f64 {
-    ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7]))
-}

@@ -3,9 +3,10 @@
 use crate::creases::Creases;
 
 /// How a run ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Status {
     /// Everything asked for was reached.
+    #[default]
     Converged,
     /// The samples are usable, but something was not reached: the text says what and why.
     NotConverged(String),
@@ -41,7 +42,7 @@ pub struct Evenness {
 }
 
 /// How a run went.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
     /// How it ended.
     pub status: Status,
@@ -75,7 +76,7 @@ pub struct Report {
 }
 
 /// Points on a surface, in a spatially coherent order. All vectors have the same length.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
     /// Positions (model units).
     pub points: Vec<[f64; 3]>,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::constraint::Walls;
 use crate::neighbors::Neighbors;
-use crate::vector::{V3, along, dot, frame, norm, scale, sub, tangential};
+use crate::vector::{V3, along, distance, dot, frame, norm, scale, sub, tangential};
 
 /// Bisectors shorter than this part of the distance between the floaters that they separate do not count as shared
 /// edges: four floaters on one circle are not neighbours across both diagonals.
@@ -15,6 +15,9 @@ const SHORT: f64 = 0.05;
 
 /// Most vertices of a cell; further bisectors are ignored (six are usual).
 const VERTICES: usize = 32;
+
+/// Bits of a neighbour's place in its list; those in places beyond do not bound cells.
+const PLACE: u64 = 0xffff;
 
 /// Tag of an edge that is no bisector.
 pub(crate) const OPEN: u32 = u32::MAX;
@@ -171,8 +174,8 @@ pub(crate) fn along_surface(r: V3, d: f64, n: V3, m: V3) -> f64 {
 /// Working memory for cells, used for one after the other.
 pub(crate) struct Desk {
     cell: Polygon,
-    /// Square of the distance and number of each neighbour.
-    near: Vec<(f64, u32)>,
+    /// Neighbours by distance: the bits of the square of the distance, the lowest of them replaced by the place in the list.
+    near: Vec<u64>,
     /// Numbers of those whose bisectors cut, and the lengths of the ways to them along the surface.
     lengths: Vec<(u32, f64)>,
 }
@@ -217,9 +220,11 @@ impl Stars<'_> {
 
     /// Whether the bounds clip the surface around a sample: then it or a neighbour lies on a face. A face that is near
     /// but not reached does not matter.
-    fn at_walls(&self, i: usize, others: &[u32]) -> bool {
-        let walls = self.walls;
-        walls.touches(self.points[i]) || others.iter().any(|&j| walls.touches(self.points[j as usize]))
+    fn at_walls(&self, i: usize, others: &[u32], radius: f64) -> bool {
+        let (walls, p) = (self.walls, self.points[i]);
+        // Faces beyond the radius do not clip.
+        (0..walls.axes).any(|a| p[a] - walls.lo[a] < radius || walls.hi[a] - p[a] < radius)
+            && (walls.touches(p) || others.iter().any(|&j| walls.touches(self.points[j as usize])))
     }
 
     /// Clips the disc around sample `i` to its cell by the bisectors to those of `others` (numbers, repetitions do no
@@ -229,30 +234,21 @@ impl Stars<'_> {
         let Desk { cell, near, lengths } = desk;
         let (p, n) = (self.points[i], self.normals[i]);
         let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
-        near.clear();
-        let reach = 4.0 * radius * radius;
-        let mut least = f64::INFINITY;
-        for &j in others {
-            let r = sub(self.points[j as usize], p);
-            let square = dot(r, r);
-            least = least.min(square);
-            if square > 0.0 && square <= reach {
-                near.push((square, j));
-            }
-        }
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let least = self.by_distance(p, others, radius, near);
         cell.octagon(radius);
-        if self.at_walls(i, others) {
+        if self.at_walls(i, others, radius) {
             self.clip_by_walls(p, u, v, radius, cell);
         }
         lengths.clear();
         let mut farthest = cell.farthest();
-        for &(square, j) in near.iter() {
+        for &key in near.iter() {
+            let j = others[(key & PLACE) as usize];
+            let r = sub(self.points[j as usize], p);
+            let square = dot(r, r);
             // The way along the surface is longer than the chord.
             if 0.25 * square >= farthest.1 {
                 break;
             }
-            let r = sub(self.points[j as usize], p);
             let flat = [dot(r, u), dot(r, v)];
             let (d, length) = (square.sqrt(), (flat[0] * flat[0] + flat[1] * flat[1]).sqrt());
             if length < 1e-3 * d {
@@ -322,7 +318,7 @@ impl Stars<'_> {
         let (p, n) = (self.points[i], self.normals[i]);
         let (u, v) = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
         cell.octagon(radius);
-        if self.at_walls(i, others) {
+        if self.at_walls(i, others, radius) {
             self.clip_by_walls(p, u, v, radius, cell);
         }
         let flat = |q: V3| {
@@ -344,17 +340,14 @@ impl Stars<'_> {
             cell.clip(to, b, WALL);
             lines.push((to, b));
         }
-        near.clear();
-        for &j in others {
-            let r = sub(self.points[j as usize], p);
-            near.push((dot(r, r), j));
-        }
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for &(square, j) in near.iter() {
-            if 0.25 * square >= cell.farthest().1 {
+        self.by_distance(p, others, radius, near);
+        for &key in near.iter() {
+            let j = others[(key & PLACE) as usize];
+            let d = distance(self.points[j as usize], p);
+            if 0.25 * d * d >= cell.farthest().1 {
                 break;
             }
-            let (d, q) = (square.sqrt(), flat(self.points[j as usize]));
+            let q = flat(self.points[j as usize]);
             let length = (q[0] * q[0] + q[1] * q[1]).sqrt();
             if length < 1e-3 * d {
                 continue;
@@ -366,6 +359,25 @@ impl Stars<'_> {
             }
         }
         cell.area()
+    }
+
+    /// Those of `others` whose bisectors reach within `radius` of `p`, by distance, as [`Desk`] keeps them; and the square of the
+    /// distance to the nearest one.
+    fn by_distance(&self, p: V3, others: &[u32], radius: f64, near: &mut Vec<u64>) -> f64 {
+        near.clear();
+        let reach = 4.0 * radius * radius;
+        let mut least = f64::INFINITY;
+        for (k, &j) in others.iter().enumerate() {
+            let r = sub(self.points[j as usize], p);
+            let square = dot(r, r);
+            least = least.min(square);
+            if square > 0.0 && square <= reach && k as u64 <= PLACE {
+                // Of numbers above zero the larger one has the larger bits.
+                near.push((square.to_bits() & !PLACE) | k as u64);
+            }
+        }
+        near.sort_unstable();
+        least
     }
 
     fn clip_by_walls(&self, p: V3, u: V3, v: V3, radius: f64, cell: &mut Polygon) {
@@ -383,7 +395,7 @@ impl Stars<'_> {
         let (p, n) = (self.points[i], self.normals[i]);
         let radius = self.reach(i);
         let t = [-n[1], n[0], 0.0];
-        let at_walls = self.at_walls(i, self.lists.of(i));
+        let at_walls = self.at_walls(i, self.lists.of(i), radius);
         let mut side = [(2.0 * radius, OPEN); 2];
         let mut nearest = f64::INFINITY;
         for &j in self.lists.of(i) {

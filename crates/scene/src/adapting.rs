@@ -155,6 +155,11 @@ impl Scene {
         self.now.state.adapting.as_ref().map(|a| &a.report)
     }
 
+    /// The adapter's path and how well the part under it follows, while one is on.
+    pub fn adapter(&self) -> Option<(&str, &TransferReport)> {
+        self.now.state.adapting.as_ref().map(|a| (a.adapter.as_str(), &a.report))
+    }
+
     /// The part under the adapter with its parameters as they follow it, while one is on.
     pub fn adapted(&self) -> Option<&Field> {
         self.now.state.adapting.as_ref().map(|a| &a.operand)

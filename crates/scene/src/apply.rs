@@ -10,7 +10,9 @@ use crate::control::Metric;
 use crate::file::PinRecord;
 use crate::hold::{Hold, Motion};
 use crate::scene::{Progress, ProgressFn, Scene};
-use crate::{Along, Command, DragReport, Ending, Error, FitReport, Hand, PinRef, Settings, TransferReport};
+use crate::{
+    Along, Command, DragReport, Ending, Entry, Error, FitReport, Hand, PinRef, Settings, TransferReport,
+};
 
 /// Steps after letting go.
 const SETTLING: usize = 20;
@@ -43,7 +45,8 @@ impl Scene {
         progress: &mut ProgressFn<'_>,
     ) -> Result<Change, Error> {
         match command {
-            Command::Set { path, value } => self.set(&path, value),
+            Command::Set { path, value, continued } => self.set(&path, value, continued),
+            Command::Assign { values, pins } => self.assign(&values, &pins),
             Command::Freeze { pattern, frozen } => self.each(&pattern, |f, i| {
                 f.set_frozen(i, frozen);
                 Ok(())
@@ -150,9 +153,54 @@ impl Scene {
                 self.idle("flatten")?;
                 self.flatten(&path)
             }
+            Command::Rename { path, name } => self.edit("this name", |m| {
+                let path = or_root(m, &path);
+                let part = m.node(&path)?;
+                m.with_node(&path, &if name.is_empty() { part.unnamed()? } else { part.named(&name)? })
+            }),
+            Command::Duplicate { path, name } => {
+                self.edit("this copy", |m| m.with_copy(&or_root(m, &path), name.as_deref()))
+            }
+            Command::Together { commands } => self.together(commands, progress),
             Command::Undo {} => self.turn_back(true),
             Command::Redo {} => self.turn_back(false),
         }
+    }
+
+    /// Several commands as one: undone together, and none is done if one fails.
+    fn together(&mut self, commands: Vec<Command>, progress: &mut ProgressFn<'_>) -> Result<Change, Error> {
+        let past = self.undo.len();
+        let mut all = Change::default();
+        for command in commands {
+            if matches!(command, Command::Undo {} | Command::Redo {} | Command::Together { .. }) {
+                return Err(Error::option(
+                    "together",
+                    "commands other than undo, redo and together",
+                    "one of them",
+                ));
+            }
+            command.check()?;
+            let mut stopped = false;
+            let change = self.carry_out(command, &mut |scene, p| {
+                let flow = progress(scene, p);
+                stopped |= flow.is_break();
+                flow
+            })?;
+            if stopped {
+                return Err(Error::Nothing(
+                    "the commands were stopped, and none of them was carried out".into(),
+                ));
+            }
+            all.model |= change.model;
+            all.parameters |= change.parameters;
+            all.pin = change.pin.or(all.pin);
+            all.drag = change.drag.or(all.drag);
+            all.fit = change.fit.or(all.fit);
+            all.transfer = change.transfer.or(all.transfer);
+        }
+        // What was before the first of them is what undo goes back to.
+        self.undo.truncate(past + 1);
+        Ok(all)
     }
 
     /// Refuses what cannot be done while something is dragged.
@@ -173,16 +221,48 @@ impl Scene {
         }
     }
 
-    fn set(&mut self, path: &str, value: f64) -> Result<Change, Error> {
+    fn set(&mut self, path: &str, value: f64, continued: bool) -> Result<Change, Error> {
         let i = self.field().parameter(path)?;
         self.mine(vec![i], path)?;
         if self.field().parameters()[i].discrete {
             return self.edit("this value", |m| m.with_value(path, value));
         }
-        self.remember();
+        let same = |e: &Entry| matches!(&e.command, Command::Set { path: last, .. } if last == path);
+        let mut before = self.log.iter().rev().skip_while(|e| matches!(e.command, Command::Step { .. }));
+        if !(continued && before.next().is_some_and(same)) {
+            self.remember();
+        }
         self.now.state.field.set_value(i, value)?;
         self.now.hand_over()?;
         self.resettle(&format!("`{path}` = {value}"))?;
+        Ok(Change { parameters: true, transfer: self.adapting().cloned(), ..Change::default() })
+    }
+
+    fn assign(
+        &mut self,
+        values: &std::collections::BTreeMap<String, f64>,
+        pins: &[Hand],
+    ) -> Result<Change, Error> {
+        self.idle("take values over")?;
+        let mut places = Vec::with_capacity(pins.len());
+        for h in pins {
+            check_place("pins", h.to, self.field().axes())?;
+            places.push((self.find_pin(&h.pin)?, h.to));
+        }
+        self.remember();
+        for (path, value) in values {
+            let i = self.field().parameter(path)?;
+            self.mine(vec![i], path)?;
+            if self.field().parameters()[i].discrete {
+                return Err(Error::option("values", "no discrete parameters: `set` them", path));
+            }
+            self.now.state.field.set_value(i, *value)?;
+        }
+        for (k, to) in places {
+            self.now.state.pins[k].pin.at = to;
+        }
+        self.now.hand_over()?;
+        self.resettle("these values")?;
         Ok(Change { parameters: true, transfer: self.adapting().cloned(), ..Change::default() })
     }
 
@@ -359,6 +439,17 @@ impl Scene {
             pin.lay_patch(&self.now)?;
             self.now.state.pins[i] = pin;
         }
+        self.drag_report(&hold, ending, Some(distance))
+    }
+
+    /// How the drag under way goes; `None` where nothing is held.
+    pub fn dragging(&self) -> Result<Option<DragReport>, Error> {
+        self.now.hold.as_ref().map(|h| self.drag_report(h, Ending::Held, None)).transpose()
+    }
+
+    /// `distance`: what remained when it was let go, if it was.
+    fn drag_report(&self, hold: &Hold, ending: Ending, distance: Option<f64>) -> Result<DragReport, Error> {
+        let distance = distance.unwrap_or_else(|| hold.remaining(&self.now.state.pins));
         let residual = self.residuals()?.into_values().fold(0.0, f64::max);
         let paths = self.field().parameters().iter().filter(|p| p.is_free()).map(|p| p.path.clone());
         let paths: Vec<String> = paths.collect();

@@ -1,6 +1,7 @@
 //! What can be done to a scene, as data: logged, saved, replayed.
 
 use isoswarm_particles::control::Guide;
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +9,8 @@ use crate::vector::unit;
 use crate::{Error, Settings};
 
 /// A pin by its number or its name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum PinRef {
     /// The number that [`crate::Change::pin`] gave.
@@ -18,7 +20,8 @@ pub enum PinRef {
 }
 
 /// Along what a pin may give way; directions need not have length 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Along {
     /// A line of this direction.
@@ -38,7 +41,8 @@ impl Along {
 }
 
 /// A pin and where it is dragged.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
     /// The pin.
@@ -48,7 +52,8 @@ pub struct Hand {
 }
 
 /// A change of a scene. In files: `{"do": "drag", "hands": [{"pin": "hand", "to": [1, 2, 0]}]}`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
     /// Gives a parameter a value; a discrete one too.
@@ -57,6 +62,19 @@ pub enum Command {
         path: String,
         /// The value.
         value: f64,
+        /// Whether it goes on with the last change of the same parameter, as a slider does: undo takes both back.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        continued: bool,
+    },
+    /// Takes values of parameters and places of pins over from a scene that is the same but for them: all at once, exactly as they
+    /// come.
+    Assign {
+        /// Values by path, discrete ones apart.
+        #[serde(default)]
+        values: std::collections::BTreeMap<String, f64>,
+        /// Pins and where they are.
+        #[serde(default)]
+        pins: Vec<Hand>,
     },
     /// Locks the parameters that fit the pattern (a path in which `*` stands for anything), or lets them go.
     Freeze {
@@ -252,6 +270,28 @@ pub enum Command {
         /// The node.
         path: String,
     },
+    /// Gives a node a name.
+    Rename {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// The name: letters, digits and `_`; empty: none.
+        name: String,
+    },
+    /// A copy of a part, with parameters of its own, where [`Command::Add`] would put another part beside it.
+    Duplicate {
+        /// The node; empty: the whole.
+        #[serde(default)]
+        path: String,
+        /// The copy's name; without it that of the part.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        name: Option<String>,
+    },
+    /// Several commands as one, undone together. If one fails none is done.
+    Together {
+        /// All but undo, redo and together.
+        commands: Vec<Command>,
+    },
     /// Takes back the last change of the model, the parameters, the pins or the settings.
     Undo {},
     /// Makes it again.
@@ -295,7 +335,8 @@ impl Command {
 }
 
 /// What a distance costs in a fit; robust losses make little of distances beyond a length (model units, above 0).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum FitLoss {
     /// Its square.

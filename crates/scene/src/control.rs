@@ -98,6 +98,9 @@ impl Now {
             let points: Vec<V3> = self.state.pins.iter().filter(held).map(|p| p.pin.at).collect();
             self.swarm.look_at(&points, focus);
         }
+        if self.state.settings.curvature > 0.0 {
+            self.swarm.look_at_bends(&self.state.field, self.state.settings.curvature);
+        }
         let settings = &self.state.settings;
         if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed)? {
             // The surface has jumped away from all of them, or it is gone.

@@ -6,13 +6,16 @@ use std::sync::Arc;
 
 use isoswarm_field::{Callback, json};
 use isoswarm_particles::control::{Guide, Pin};
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
+#[cfg(feature = "schema")]
+use crate::Command;
 use crate::command::check_place;
 use crate::control::ScenePin;
-use crate::{Along, Amount, Command, Entry, Error, Scene, Settings};
+use crate::{Along, Amount, Entry, Error, Scene, Settings};
 
 /// What a file of a scene calls itself.
 pub const FORMAT: &str = "isoswarm scene";
@@ -33,9 +36,10 @@ struct Header {
 }
 
 /// A model being edited: see `isoswarm_scene`.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[schemars(title = "isoswarm scene")]
+#[cfg_attr(feature = "schema", schemars(title = "isoswarm scene"))]
 struct SceneFile<'a> {
     /// "isoswarm scene"
     #[serde(rename = "format")]
@@ -45,7 +49,7 @@ struct SceneFile<'a> {
     _version: u32,
     /// A model with its parameters: see iso.schema.json.
     #[serde(borrow)]
-    #[schemars(with = "serde_json::Value")]
+    #[cfg_attr(feature = "schema", schemars(with = "serde_json::Value"))]
     model: &'a RawValue,
     /// What the scene is set to.
     #[serde(default)]
@@ -68,7 +72,8 @@ struct SceneFile<'a> {
 }
 
 /// A control point.
-#[derive(Serialize, Deserialize, JsonSchema)]
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PinRecord {
     pub(crate) id: u64,
@@ -86,9 +91,10 @@ pub(crate) struct PinRecord {
 }
 
 /// Commands, one after the other. Each may have `at_step`, the clock to wait for.
-#[derive(Deserialize, JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
-#[schemars(title = "isoswarm script")]
+#[cfg_attr(feature = "schema", schemars(title = "isoswarm script"))]
 struct ScriptFile {
     /// "isoswarm script"
     #[serde(rename = "format")]
@@ -97,11 +103,12 @@ struct ScriptFile {
     #[serde(rename = "version")]
     _version: u32,
     /// What is done.
-    #[schemars(with = "Vec<TimedCommand>")]
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<TimedCommand>"))]
     commands: Vec<serde_json::Value>,
 }
 
 /// An entry of a script, for the schema.
+#[cfg(feature = "schema")]
 #[derive(JsonSchema)]
 #[allow(dead_code)]
 struct TimedCommand {
@@ -113,6 +120,7 @@ struct TimedCommand {
 }
 
 /// The JSON schemas of scenes and scripts, by file name.
+#[cfg(feature = "schema")]
 pub fn schemas() -> [(&'static str, String); 2] {
     let text =
         |s: schemars::Schema| serde_json::to_string_pretty(&s).expect("a schema is serialisable") + "\n";
@@ -193,6 +201,20 @@ impl Scene {
         settings: Settings,
         functions: &HashMap<String, Arc<dyn Callback>>,
     ) -> Result<Self, Error> {
+        Self::from_json_with(text, settings, functions, &[])
+    }
+
+    /// The same with floaters that are known, such as those that the scene had when it was saved: those near the surface stay, and
+    /// only where there are none new ones come. Without a spacing in the file they are not used.
+    pub fn from_json_with(
+        text: &str,
+        settings: Settings,
+        functions: &HashMap<String, Arc<dyn Callback>>,
+        floaters: &[[f64; 3]],
+    ) -> Result<Self, Error> {
+        if !floaters.iter().flatten().all(|c| c.is_finite()) {
+            return Err(Error::option("floaters", "finite numbers", "others"));
+        }
         let find = |name: &str| functions.get(name).cloned();
         if serde_json::from_str::<Header>(text).is_ok_and(|h| h.format.as_deref() == Some(json::FORMAT)) {
             return Self::new(&json::from_json_with(text, &find)?, settings);
@@ -215,7 +237,12 @@ impl Scene {
         if ids.chain(file.next_pin).chain([file.clock]).any(|n| n > LARGEST) {
             return fail(FORMAT, 0, format!("clock and numbers of pins: expected at most {LARGEST}"));
         }
-        let mut scene = Self::with_spacing(&model, file.settings, spacing)?;
+        let known = match file.settings.amount {
+            Amount::Spacing(s) => s,
+            Amount::Count(_) => spacing,
+        };
+        let floaters = if known > 0.0 { floaters } else { &[] };
+        let mut scene = Self::with_floaters(&model, file.settings, known, floaters)?;
         scene.functions.extend(functions.iter().map(|(k, f)| (k.clone(), f.clone())));
         let next = file.pins.iter().map(|p| p.id + 1).max().unwrap_or(0);
         let mut ids: Vec<u64> = file.pins.iter().map(|p| p.id).collect();

@@ -13,10 +13,12 @@ pub enum Ending {
     Released,
     /// It was asked to stop.
     Cancelled,
+    /// It has not: the hand still holds.
+    Held,
 }
 
 impl Ending {
-    /// `"reached"`, `"stuck"`, `"step limit"`, `"released"`, `"cancelled"`.
+    /// `"reached"`, `"stuck"`, `"step limit"`, `"released"`, `"cancelled"`, `"held"`.
     pub fn name(self) -> &'static str {
         match self {
             Ending::Reached => "reached",
@@ -24,6 +26,7 @@ impl Ending {
             Ending::StepLimit => "step limit",
             Ending::Released => "released",
             Ending::Cancelled => "cancelled",
+            Ending::Held => "held",
         }
     }
 }

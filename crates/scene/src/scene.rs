@@ -116,6 +116,12 @@ pub struct Frame<'a> {
     pub pins: &'a [ScenePin],
     /// The box that clips the surface.
     pub bounds: &'a Aabb,
+    /// Diagonal of the box around the floaters (model units).
+    pub size: f64,
+    /// Floaters that have split and that have died in steps since the scene was made.
+    pub births: u64,
+    /// See `births`.
+    pub deaths: u64,
 }
 
 /// Most states that undo keeps, and most parameters in all of them; but never fewer states than the last.
@@ -127,11 +133,16 @@ impl Scene {
     /// # Errors
     /// Settings that make no sense, a model without a surface or without an end where no bounds are given.
     pub fn new(model: &Model, settings: Settings) -> Result<Self, Error> {
-        Self::with_spacing(model, settings, 0.0)
+        Self::with_floaters(model, settings, 0.0, &[])
     }
 
-    /// The same with floaters at a spacing that was found before; 0: to be found.
-    pub(crate) fn with_spacing(model: &Model, settings: Settings, spacing: f64) -> Result<Self, Error> {
+    /// The same with floaters at a spacing that was found before (0: to be found), of which some may be known.
+    pub(crate) fn with_floaters(
+        model: &Model,
+        settings: Settings,
+        spacing: f64,
+        known: &[[f64; 3]],
+    ) -> Result<Self, Error> {
         settings.check()?;
         let field = Field::new(model)?;
         if field.components() != 1 {
@@ -142,10 +153,13 @@ impl Scene {
             ));
         }
         let bounds = bounds_of(&field, &settings)?;
-        let start = Swarm { spacing, ..Swarm::default() };
-        let Some(swarm) = start.settled(&field, &bounds, &settings)? else {
+        let start = Swarm::of(known, spacing);
+        let Some(mut swarm) = start.settled(&field, &bounds, &settings)? else {
             return Err(Error::Vanished { what: "this model".into() });
         };
+        if !known.is_empty() {
+            swarm.orient(&field)?;
+        }
         let (pins, spacing) = (Vec::new(), swarm.spacing);
         let state = State { field, pins, next_pin: 0, settings, rest: None, bounds, spacing, adapting: None };
         let now = Now { state, swarm, clock: 0, hold: None, metric: Metric::stale(), rested: true };
@@ -204,7 +218,15 @@ impl Scene {
             spacing: self.now.swarm.spacing,
             pins: &self.now.state.pins,
             bounds: &self.now.state.bounds,
+            size: self.now.swarm.size,
+            births: self.now.swarm.births,
+            deaths: self.now.swarm.deaths,
         }
+    }
+
+    /// Whether pins or parameters are still on their way: until then steps change the surface.
+    pub fn is_moving(&self) -> bool {
+        !self.now.rested
     }
 
     /// Whether something is being dragged.

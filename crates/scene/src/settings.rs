@@ -1,12 +1,14 @@
 //! What a scene is set to.
 
+#[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
 /// How many floaters.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Amount {
     /// As many as make the mean distance between neighbours this long (model units).
@@ -16,7 +18,8 @@ pub enum Amount {
 }
 
 /// Denser floaters around a point: the user's focus of interest (WH94, future work).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Focus {
     /// Within about this distance of the dragged pins, or of all pins where none is dragged (model units).
@@ -26,7 +29,8 @@ pub struct Focus {
 }
 
 /// What a scene is set to; lengths in model units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// How many floaters.
@@ -48,9 +52,17 @@ pub struct Settings {
     /// Part of the way back to the rest shape (see [`crate::Command::Rest`]) in a step, 0 to 1; 0: stay.
     #[serde(default)]
     pub recovery: f64,
+    /// Denser floaters where the surface is curved, 0 to 1: at 1 their number per area grows with the square of the curvature, between
+    /// one quarter and four times that of uniform ones; 0: the same everywhere.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub curvature: f64,
     /// Denser floaters around the hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus: Option<Focus>,
+}
+
+fn is_zero(v: &f64) -> bool {
+    *v == 0.0
 }
 
 fn default_amount() -> Amount {
@@ -74,6 +86,7 @@ impl Default for Settings {
             gain: default_gain(),
             speed: default_speed(),
             recovery: 0.0,
+            curvature: 0.0,
             focus: None,
         }
     }
@@ -112,6 +125,9 @@ impl Settings {
         within("speed", self.speed, 0.0, 0.25)?;
         if !(0.0..=1.0).contains(&self.recovery) {
             return Err(Error::option("recovery", "a number from 0 to 1", self.recovery));
+        }
+        if !(0.0..=1.0).contains(&self.curvature) {
+            return Err(Error::option("curvature", "a number from 0 to 1", self.curvature));
         }
         if let Some(f) = self.focus {
             within("focus radius", f.radius, 0.0, f64::MAX)?;

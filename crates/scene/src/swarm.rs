@@ -23,6 +23,8 @@ const APART: f64 = 0.75;
 const STAY: f64 = 0.9;
 /// Spacing of a coarse look at the surface, as a part of its size.
 const COARSE: f64 = 0.1;
+/// Where curvature sets the density it stays within this factor of that in the middle.
+const BENDS: f64 = 4.0;
 /// A place on the surface without a floater within so many spacings has not been seen yet.
 const UNSEEN: f64 = 4.0;
 
@@ -34,9 +36,20 @@ pub(crate) struct Swarm {
     pub(crate) spacing: f64,
     /// Diagonal of the box around them (model units).
     pub(crate) size: f64,
+    /// Floaters that have split and that have died in steps.
+    pub(crate) births: u64,
+    pub(crate) deaths: u64,
 }
 
 impl Swarm {
+    /// Floaters at known places, before they are settled.
+    pub(crate) fn of(points: &[[f64; 3]], spacing: f64) -> Self {
+        let floaters = Floaters::new(points, AT_REST * spacing / NEAREST);
+        let mut swarm = Self { floaters, spacing, ..Self::default() };
+        swarm.measure();
+        swarm
+    }
+
     /// Floaters for a surface: those of `self` that are near it stay, and where there are none new ones come.
     pub(crate) fn settled(
         &self,
@@ -73,7 +86,7 @@ impl Swarm {
             Amount::Count(_) if self.spacing == 0.0 => fresh.report.spacing,
             Amount::Count(_) => self.spacing,
         };
-        let mut next = Self { floaters: self.floaters.clone(), spacing, size: 0.0 };
+        let mut next = Self { spacing, size: 0.0, ..self.clone() };
         let sigma = AT_REST * spacing / NEAREST;
         next.floaters.retain_near(field, bounds, SURVIVAL * spacing)?;
         next.floaters.admit(&fresh.points, APART * spacing, sigma);
@@ -83,7 +96,7 @@ impl Swarm {
     }
 
     /// Normals for those that have come and have not taken a step yet.
-    fn orient(&mut self, field: &Field) -> Result<(), Error> {
+    pub(crate) fn orient(&mut self, field: &Field) -> Result<(), Error> {
         let n = self.floaters.points.len();
         let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
         isoswarm_field::Surface::value_gradient(field, &self.floaters.points, &mut f, &mut g)?;
@@ -105,7 +118,33 @@ impl Swarm {
             let t = (0.25 * (d / focus.radius) * (d / focus.radius)).min(1.0);
             1.0 - (1.0 - focus.factor) * (1.0 - t) * (1.0 - t)
         };
-        self.floaters.size = self.floaters.points.iter().map(size).collect();
+        self.resize(size);
+    }
+
+    /// Makes each floater so many times as large in the next step.
+    fn resize(&mut self, factor: impl Fn(&[f64; 3]) -> f64) {
+        let floaters = &mut self.floaters;
+        floaters.size.resize(floaters.points.len(), 1.0);
+        floaters.size.iter_mut().zip(&floaters.points).for_each(|(size, p)| *size *= factor(p));
+    }
+
+    /// Makes floaters smaller, and so more, where the surface is curved more than in the middle of them, and larger where it is less.
+    pub(crate) fn look_at_bends(&mut self, field: &Field, strength: f64) {
+        let k = particles::principal_curvatures(field, &self.floaters.points);
+        let squares: Vec<f64> = k.iter().map(|k| k[0] * k[0] + k[1] * k[1]).collect();
+        // Creases and singular points, where it is undefined, count as ordinary ones.
+        let mut known: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
+        if known.is_empty() {
+            return;
+        }
+        let middle = known.len() / 2;
+        let median = *known.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let relative = |s: f64| if s.is_finite() && median > 0.0 { s / median } else { 1.0 };
+        let size = |s: &f64| 1.0 / relative(*s).clamp(1.0 / BENDS, BENDS).sqrt();
+        self.floaters.size.resize(squares.len(), 1.0);
+        for (own, s) in self.floaters.size.iter_mut().zip(&squares) {
+            *own *= 1.0 + strength * (size(s) - 1.0);
+        }
     }
 
     /// Whether there are floaters wherever a coarse look finds the surface: a part of it may be new.
@@ -123,7 +162,9 @@ impl Swarm {
     pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
         let most = Settings::MOST;
         let parameters = Parameters { most, ..Parameters::live(self.size, self.spacing / NEAREST) };
-        self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        let happened = self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        self.births += happened.births as u64;
+        self.deaths += happened.deaths as u64;
         if self.floaters.off > LOST * self.spacing {
             // The surface has run away from some, or a part of it is gone.
             let mut rest = self.floaters.clone();

@@ -71,7 +71,7 @@ fn an_adapter_is_cancelled_or_kept() {
     })
     .unwrap();
     let own = s.field().parameters().iter().find(|p| p.is_free()).unwrap().path.clone();
-    let change = s.apply(Command::Set { path: own.clone(), value: 0.4 }).unwrap();
+    let change = s.apply(Command::Set { path: own.clone(), value: 0.4, continued: false }).unwrap();
     let report = change.transfer.unwrap();
     assert!(report.relative > 0.02 && report.relative < 0.5, "a sphere cannot be a pear: {report:?}");
     assert!(s.to_json().unwrap_err().to_string().contains("adapter"));
@@ -124,7 +124,7 @@ fn an_adapter_whose_box_cannot_be_found_is_undone_and_done_again() {
     let own = s.field().parameters().iter().find(|p| p.is_free()).unwrap().path.clone();
     s.apply(Command::Undo {}).unwrap();
     s.apply(Command::Redo {}).unwrap();
-    s.apply(Command::Set { path: own, value: 0.3 }).unwrap();
+    s.apply(Command::Set { path: own, value: 0.3, continued: false }).unwrap();
     let hand = s.pin([1.0, 0.0, 0.0]).unwrap();
     drag(&mut s, hand, [1.2, 0.0, 0.3]);
     s.apply(Command::Undo {}).unwrap();

@@ -203,7 +203,7 @@ fn the_spacing_comes_back_with_undo_and_from_files() {
     s.step(60).unwrap();
     assert!(s.frame().floaters.len() < 140, "{many} become {}", s.frame().floaters.len());
     // Four times the area, four times the floaters, also when it is opened again.
-    s.apply(Command::Set { path: "sphere/r".into(), value: 2.0 }).unwrap();
+    s.apply(Command::Set { path: "sphere/r".into(), value: 2.0, continued: false }).unwrap();
     let back = Scene::from_json(&s.to_json().unwrap(), settings(9), &Default::default()).unwrap();
     assert_eq!(back.frame().spacing, spacing);
     assert!(back.frame().floaters.len() > 300, "{}", back.frame().floaters.len());
@@ -221,7 +221,7 @@ fn undo_of_what_does_not_touch_the_surface_leaves_the_floaters_alone() {
     assert_eq!(s.frame().floaters, &floaters);
     assert!(s.pins().is_empty() && !s.field().parameters()[0].frozen);
     // A small change moves them, and keeps them.
-    s.apply(Command::Set { path: "sphere/r".into(), value: 1.01 }).unwrap();
+    s.apply(Command::Set { path: "sphere/r".into(), value: 1.01, continued: false }).unwrap();
     assert_eq!(s.frame().floaters.id, floaters.id);
     let far = |p: &[f64; 3]| ((p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt() - 1.01).abs() > 1e-6;
     assert!(!s.frame().floaters.points.iter().any(far));
@@ -231,7 +231,7 @@ fn undo_of_what_does_not_touch_the_surface_leaves_the_floaters_alone() {
 fn the_rest_shape_goes_with_the_tree() {
     let mut s = scene("translate(sphere(r=1), x=-2) | translate(box(1,1,1), x=2)", 100);
     s.apply(Command::Rest {}).unwrap();
-    s.apply(Command::Set { path: "sphere/r".into(), value: 1.4 }).unwrap();
+    s.apply(Command::Set { path: "sphere/r".into(), value: 1.4, continued: false }).unwrap();
     s.apply(Command::Reorder { path: "union".into(), order: vec![1, 0] }).unwrap();
     s.apply(Command::Add {
         path: "union".into(),
@@ -252,7 +252,11 @@ fn a_second_adapter_is_not_taken_for_the_first() {
     s.apply(adapt("")).unwrap();
     s.apply(Command::Keep {}).unwrap();
     s.apply(adapt("adapter/translate_2")).unwrap();
-    refused(&mut s, Command::Set { path: "adapter/sphere/r".into(), value: 2.0 }, "while an adapter is on");
+    refused(
+        &mut s,
+        Command::Set { path: "adapter/sphere/r".into(), value: 2.0, continued: false },
+        "while an adapter is on",
+    );
     s.apply(Command::Freeze { pattern: "*".into(), frozen: false }).unwrap();
     assert_eq!(s.field().free().len(), 3, "the adapter's own");
     s.apply(pin([2.5, 0.0, 0.0])).unwrap();

@@ -103,7 +103,7 @@ fn command() -> impl Strategy<Value = Command> {
     let limits = [option::of(number()), option::of(number())];
     let adapters = ["mover", "scale", "taper", "bend", "lattice", "rotate", "none"];
     prop_oneof![
-        1 => (path(), number()).prop_map(|(path, value)| Command::Set { path, value }),
+        1 => (path(), number()).prop_map(|(path, value)| Command::Set { path, value, continued: value > 0.5 }),
         1 => (path(), any::<bool>()).prop_map(|(pattern, frozen)| Command::Freeze { pattern, frozen }),
         1 => (path(), limits).prop_map(|(pattern, bounds)| Command::Limit { pattern, bounds }),
         1 => (path(), positive()).prop_map(|(pattern, scale)| Command::Scale { pattern, scale }),

@@ -221,8 +221,8 @@ fn what_cannot_be_done_leaves_the_scene_as_it_was() {
     let refused = [
         (pin([f64::NAN, 0.0, 0.0]), "finite"),
         (pin([40.0, 0.0, 0.0]), "off the surface"),
-        (Command::Set { path: "sphere/r".into(), value: -1.0 }, "sphere/r"),
-        (Command::Set { path: "sphere/q".into(), value: 1.0 }, "sphere/r"),
+        (Command::Set { path: "sphere/r".into(), value: -1.0, continued: false }, "sphere/r"),
+        (Command::Set { path: "sphere/q".into(), value: 1.0, continued: false }, "sphere/r"),
         (Command::Replace { path: String::new(), model: "x^2 + y^2 + z^2 + 1".into() }, "no surface"),
         (Command::Replace { path: String::new(), model: "x^2 +".into() }, "position"),
         (Command::Remove { path: "nobody".into() }, "sphere_2"),

@@ -12,10 +12,13 @@ Exit codes, which stay as they are:
 ====  ==============================================================================
 """
 
+from isoswarm.cli import measure as _measure  # adds its command
 from isoswarm.cli import meshes as _meshes  # adds its command
+from isoswarm.cli import render as _render  # adds its command
 from isoswarm.cli import run as _run  # adds its command
+from isoswarm.cli import studio as _studio  # adds its command
 from isoswarm.cli.commands import app, main
 
 __all__ = ["app", "main"]
 
-del _meshes, _run
+del _measure, _meshes, _render, _run, _studio

@@ -15,6 +15,8 @@ from isoswarm.cli import model as models
 from isoswarm.cli.outcome import errors, finish, print_json, reported
 from isoswarm.diagnosis import diagnose
 from isoswarm.field import Field
+from isoswarm.meshing import mesh_samples
+from isoswarm.rendering import MESHES, render
 from isoswarm.samples import Samples
 from isoswarm.sampling import Method, sample
 
@@ -135,8 +137,8 @@ def view_command(
     size: Annotated[str, typer.Option("--size", help="Width x height in pixels.")] = "1200x900",
     azimuth: Annotated[float, typer.Option("--azimuth", help="Direction of view, in degrees.")] = 35.0,
     elevation: Annotated[float, typer.Option("--elevation", help="Direction of view, in degrees.")] = 25.0,
-    style: Annotated[str, typer.Option("--style", help="discs or surface.")] = "discs",
-    coloring: Annotated[str, typer.Option("--coloring", help="uniform, curvature or height.")] = "uniform",
+    style: Annotated[str, typer.Option("--style", help="discs, points, surface, mesh, flat or wireframe.")] = "discs",
+    coloring: Annotated[str, typer.Option("--coloring", help="uniform, curvature, height or normal.")] = "uniform",
     transparent: Annotated[bool, typer.Option("--transparent", help="No background.")] = False,
     seed: Seed = 0,
     time_limit: Limit = None,
@@ -149,7 +151,19 @@ def view_command(
         width, height = size_of(size)
         field = models.read(model, settings or [], water, axes)
         samples = _sampled(field, quiet, n=count, bounds=models.bounds(bounds), seed=seed, time_limit=time_limit)
-        if len(samples):
+        if len(samples) and style in MESHES:
+            render(
+                mesh_samples(samples, bounds=models.bounds(bounds)),
+                output,
+                style=style,  # type: ignore[arg-type]  # one of these, by the condition
+                coloring=coloring,  # type: ignore[arg-type]  # checked by the core
+                width=width,
+                height=height,
+                azimuth=azimuth * 0.017453292519943295,
+                elevation=elevation * 0.017453292519943295,
+                transparent=transparent,
+            )
+        elif len(samples):
             samples.picture(
                 output,
                 width=width,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +20,9 @@ from isoswarm.cli import model as models
 from isoswarm.cli.commands import Axes, Json, Model, Quiet, Settings, Water, app, check_ending, print_rows, size_of
 from isoswarm.cli.outcome import Code, errors, print_json, reported, say
 from isoswarm.drawing import draw
+from isoswarm.field import Field
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Transfer
+from isoswarm.rendering import render_marked
 from isoswarm.scene import Scene
 from isoswarm.script import read_script
 
@@ -42,6 +45,9 @@ def run_command(
     ] = None,
     every: Annotated[int, typer.Option("--every", min=1, help="Steps from one picture to the next.")] = EVERY,
     rate: Annotated[float, typer.Option("--rate", min=0.1, max=1000, help="Pictures a second.")] = 20.0,
+    style: Annotated[
+        str, typer.Option("--style", help="discs, or surface: by ray casting, a picture for each command.")
+    ] = "discs",
     size: Annotated[str, typer.Option("--size", help="Width x height in pixels.")] = "640x480",
     azimuth: Annotated[float, typer.Option("--azimuth", help="Direction of view, in degrees.")] = 35.0,
     elevation: Annotated[float, typer.Option("--elevation", help="Direction of view, in degrees.")] = 25.0,
@@ -70,7 +76,9 @@ def run_command(
         options = {"n": count, "spacing": spacing, "bounds": models.bounds(bounds), "seed": seed}
         scene = models.read_scene(model, settings or [], water, axes, **options)
         before = {path: p.value for path, p in scene.parameters.now.items()}
-        film = Film() if frames is not None or animation is not None else None
+        if style not in ("discs", "surface"):
+            raise ValueError(f"--style: expected discs or surface, given {style}")
+        film = Film(cast=style == "surface") if frames is not None or animation is not None else None
         results = replayed(scene, commands, film, every, quiet)
         pictures: list[bytes] = []
         if film is not None:
@@ -120,6 +128,8 @@ def replayed(scene: Scene, commands: list[dict[str, Any]], film: Film | None, ev
         if film is not None:
             film.add(scene.floaters, *scene._inner.marks(), scene.clock)
         try:
+            if film is not None and film.cast:
+                return film.commands(scene, commands, lambda k: progress.update(task, completed=k))
             return scene.replay(commands, progress=told, every=None if film is None else every)
         except Exception:
             progress.stop()
@@ -131,7 +141,9 @@ def replayed(scene: Scene, commands: list[dict[str, Any]], film: Film | None, ev
 class Film:
     """What there is to draw, kept until it is known how large the picture has to be."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, cast: bool = False) -> None:
+        self.cast = cast
+        self._models: list[tuple[Field, Floats, Floats]] = []
         self._frames: list[tuple[Column, ...]] = []
         self._clock = -1
         # Directions that are spread evenly, and the farthest that anything has been in each.
@@ -154,9 +166,25 @@ class Film:
         self._reach[farther] = reach[farther]
         self._outline[farther] = floaters.points[first[farther]]
 
+    def commands(self, scene: Scene, commands: list[dict[str, Any]], told: Callable[[int], object]) -> list[Any]:
+        """Replay, and keep the model after each command."""
+        results = []
+        self._models.append((scene.model, *scene._inner.marks()))
+        for k, command in enumerate(commands):
+            results += scene.replay([command])
+            self.add(scene.floaters, *scene._inner.marks(), scene.clock)
+            self._models.append((scene.model, *scene._inner.marks()))
+            told(k + 1)
+        return results
+
     def drawn(self, quiet: bool, **options: Any) -> list[bytes]:
         """The pictures, all seen by the same camera."""
         pictures = []
+        if self.cast:
+            with bar("drawing", quiet) as progress:
+                for model, pins, normals in progress.track(self._models, description="drawing"):
+                    pictures.append(render_marked(model, pins, normals, frame=self._outline, **options))
+            return pictures
         with bar("drawing", quiet) as progress:
             for frame in progress.track(self._frames, description="drawing"):
                 points, normals, radii, pins, pin_normals = (column.astype(np.float64) for column in frame)

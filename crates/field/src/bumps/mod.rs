@@ -4,18 +4,25 @@
 //! passes to find out which ones can be left out; here a grid of the bumps knows it, and one loop computes value and
 //! derivatives of each. The sum is recognised on the tape, so that it does not matter how a model was written.
 
+mod near;
 mod recognise;
 mod search;
+mod single;
+mod terms;
 #[cfg(test)]
 mod tests;
 
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
+use single::Single;
+
 use crate::FieldError;
 use crate::math;
 use crate::surface::{Aabb, Cells, Surface};
 use crate::tape::Tape;
+pub(crate) use near::Near;
+pub(crate) use terms::Terms;
 
 /// factor · exp(level − Σ_axis weight (x_axis − centre)²)
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +43,11 @@ const FLAT: f64 = 1e-3;
 /// Points whose bumps are gathered together.
 const RUN: usize = 16;
 
+/// Points share their bumps if the box around them has at most this diagonal, in reaches; and where bumps that one of them does
+/// not need cost more than finding them.
+const WIDE: f64 = 1.6;
+const CLOSE: f64 = 0.2;
+
 /// Points that one task evaluates.
 const CHUNK: usize = 1024;
 
@@ -47,6 +59,8 @@ const LANES: usize = 16;
 pub(crate) struct Sum {
     offset: f64,
     bumps: Vec<Bump>,
+    /// The instruction of each bump's exponential on the tape.
+    exps: Vec<u32>,
     /// Squared distance, measured in the bump's own weights, beyond which it is left out.
     reach: Vec<f64>,
     /// What a bump that is left out is worth at most.
@@ -83,16 +97,22 @@ impl Sum {
     }
 
     /// What is left when tails are dropped that move the surface by about `error` (a length) at most.
-    pub(crate) fn sketch(&self, error: f64) -> Option<Sum> {
-        // Wherever a bump ends only the few around it end too, not all of them.
-        let tail = SKETCHED * error * self.slope;
-        Self::with_tail(self.offset, self.bumps.clone(), tail.max(self.tail), self.slope)
+    pub(crate) fn sketch(&self, error: f64) -> Option<Box<dyn Surface>> {
+        Some(Single::or_double(self.shortened(error)?, error))
     }
 
-    fn new(offset: f64, bumps: Vec<Bump>) -> Option<Sum> {
-        let centers: Vec<[f64; 3]> = bumps.iter().map(|b| b.center).collect();
+    /// The same in double precision.
+    fn shortened(&self, error: f64) -> Option<Sum> {
+        // Wherever a bump ends only the few around it end too, not all of them.
+        let tail = SKETCHED * error * self.slope;
+        let bumps = self.bumps.iter().copied().zip(self.exps.iter().copied()).collect();
+        Self::with_tail(self.offset, bumps, tail.max(self.tail), self.slope)
+    }
+
+    fn new(offset: f64, bumps: Vec<(Bump, u32)>) -> Option<Sum> {
+        let centers: Vec<[f64; 3]> = bumps.iter().map(|b| b.0.center).collect();
         let finite = |b: &Bump| b.factor.is_finite() && b.center.iter().all(|c| c.is_finite());
-        if !bumps.iter().all(finite) || !offset.is_finite() {
+        if !bumps.iter().all(|b| finite(&b.0)) || !offset.is_finite() {
             return None;
         }
         // A bump alone has its surface where it cancels the offset, and the slope 2 |offset| √(weight · depth) there.
@@ -100,8 +120,9 @@ impl Sum {
             let depth = (math::ln(b.factor.abs()) + b.level - math::ln(offset.abs())).max(1e-3);
             2.0 * offset.abs() * (b.weight.iter().fold(f64::INFINITY, |m, w| m.min(*w)) * depth).sqrt()
         };
-        let least = bumps.iter().map(slope).fold(f64::INFINITY, f64::min);
-        let diameter = Aabb::around(&centers)?.diagonal() + bumps.iter().map(extent).fold(0.0, f64::max);
+        let least = bumps.iter().map(|b| slope(&b.0)).fold(f64::INFINITY, f64::min);
+        let diameter =
+            Aabb::around(&centers)?.diagonal() + bumps.iter().map(|b| extent(&b.0)).fold(0.0, f64::max);
         let tail = TAIL * FLAT * least * diameter / bumps.len() as f64;
         if !(tail > 0.0 && tail.is_finite()) {
             return None;
@@ -110,14 +131,14 @@ impl Sum {
     }
 
     /// The sum without what lies below `tail`.
-    fn with_tail(offset: f64, bumps: Vec<Bump>, tail: f64, slope: f64) -> Option<Sum> {
-        let centers: Vec<[f64; 3]> = bumps.iter().map(|b| b.center).collect();
+    fn with_tail(offset: f64, bumps: Vec<(Bump, u32)>, tail: f64, slope: f64) -> Option<Sum> {
+        let centers: Vec<[f64; 3]> = bumps.iter().map(|b| b.0.center).collect();
         let reach = |b: &Bump| (b.level + math::ln(b.factor.abs() / tail)).max(0.0);
-        let longest = bumps.iter().map(|b| reach(b).sqrt() * extent(b)).fold(0.0, f64::max);
+        let longest = bumps.iter().map(|(b, _)| reach(b).sqrt() * extent(b)).fold(0.0, f64::max);
         let (grid, order) = Grid::new(&centers, longest)?;
-        let bumps: Vec<Bump> = order.iter().map(|&i| bumps[i as usize]).collect();
+        let (bumps, exps): (Vec<Bump>, Vec<u32>) = order.iter().map(|&i| bumps[i as usize]).unzip();
         let reach = bumps.iter().map(reach).collect();
-        Some(Sum { offset, tail, slope, bumps, reach, grid })
+        Some(Sum { offset, tail, slope, bumps, exps, reach, grid })
     }
 
     /// The bumps that count somewhere in the box, in a fixed order.
@@ -157,21 +178,44 @@ impl Sum {
     /// Calls `f` with runs of neighbouring points and the bumps that count there.
     fn runs(&self, points: &[[f64; 3]], near: &mut Vec<u32>, f: &mut impl FnMut(usize, usize, &[Bump])) {
         let mut bumps = Vec::new();
+        self.numbered_runs(points, WIDE, near, &mut |start, end, near| {
+            bumps.clear();
+            bumps.extend(near.iter().map(|&i| self.bumps[i as usize]));
+            f(start, end, &bumps);
+        });
+    }
+
+    /// Calls `f` with runs of neighbouring points and the exponentials, by their instructions on the tape, that count there.
+    pub(crate) fn exps(&self, points: &[[f64; 3]], mut f: impl FnMut(usize, usize, &[u32])) {
+        let mut exps = Vec::new();
+        self.numbered_runs(points, CLOSE, &mut Vec::new(), &mut |start, end, near| {
+            exps.clear();
+            exps.extend(near.iter().map(|&i| self.exps[i as usize]));
+            f(start, end, &exps);
+        });
+    }
+
+    /// The same with the numbers of the bumps.
+    fn numbered_runs(
+        &self,
+        points: &[[f64; 3]],
+        wide: f64,
+        near: &mut Vec<u32>,
+        f: &mut impl FnMut(usize, usize, &[u32]),
+    ) {
         let mut start = 0;
         while start < points.len() {
             let mut end = (start + RUN).min(points.len());
             // Points that are far apart are taken in shorter runs.
             let bounds = loop {
                 let Some(b) = Aabb::around(&points[start..end]) else { return };
-                if end - start <= 1 || b.diagonal() <= 1.6 * self.grid.reach {
+                if end - start <= 1 || b.diagonal() <= wide * self.grid.reach {
                     break b;
                 }
                 end = start + (end - start) / 2;
             };
             self.near(&bounds, near);
-            bumps.clear();
-            bumps.extend(near.iter().map(|&i| self.bumps[i as usize]));
-            f(start, end, &bumps);
+            f(start, end, near);
             start = end;
         }
     }
@@ -321,12 +365,19 @@ impl Grid {
         }
         let count = extent.map(|e| (e / side) as usize + 1);
         let mut grid = Grid { reach, side, lo: bounds.lo, count, start: Vec::new() };
-        let mut order: Vec<u32> = (0..centers.len() as u32).collect();
-        let number = |i: u32| grid.number(grid.cell(centers[i as usize]));
-        order.sort_by_key(|&i| number(i));
-        let keys: Vec<usize> = order.iter().map(|&i| number(i)).collect();
+        // Sorted by counting: in each cell in their order.
+        let cells: Vec<usize> = centers.iter().map(|c| grid.number(grid.cell(*c))).collect();
         let total = count.iter().product::<usize>();
-        grid.start = (0..=total).map(|c| keys.partition_point(|k| *k < c) as u32).collect();
+        let mut start = vec![0u32; total + 1];
+        cells.iter().for_each(|&c| start[c + 1] += 1);
+        (0..total).for_each(|c| start[c + 1] += start[c]);
+        let mut next = start.clone();
+        let mut order = vec![0; centers.len()];
+        for (i, &c) in cells.iter().enumerate() {
+            order[next[c] as usize] = i as u32;
+            next[c] += 1;
+        }
+        grid.start = start;
         Some((grid, order))
     }
 

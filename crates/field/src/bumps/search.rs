@@ -13,6 +13,10 @@ use crate::surface::{Aabb, Cells, Surface};
 /// Relative slack that covers rounding in an exponent and in a sum.
 const SLACK: f64 = 1e-12;
 
+/// What bumps that are left out when points in the boxes are evaluated may move the surface, in sides of a box: the
+/// boxes hold the whole surface all the same.
+const SEEN: f64 = 1e-9;
+
 struct Open {
     bounds: Aabb,
     /// The bumps that count in an ancestor of the box.
@@ -30,7 +34,8 @@ pub(super) fn search<'a>(sum: &'a Sum, bounds: &Aabb, side: f64, most: usize) ->
         present *= 0.5;
     }
     let boxes = level.iter().map(|o| o.bounds).collect();
-    Cells { boxes, side: present, evaluate: Box::new(Borrowed(sum)) }
+    let evaluate = sum.shortened(SEEN * present).map(|s| Box::new(s) as Box<dyn Surface>);
+    Cells { boxes, side: present, evaluate: evaluate.unwrap_or_else(|| Box::new(Borrowed(sum))) }
 }
 
 fn longest(b: &Aabb) -> f64 {
@@ -67,10 +72,10 @@ fn divide(sum: &Sum, open: &Open) -> Vec<Open> {
 }
 
 /// The range of the sum in a box.
-struct Range<'a> {
-    sum: &'a Sum,
-    bumps: &'a [Bump],
-    bounds: &'a Aabb,
+pub(super) struct Range<'a> {
+    pub(super) sum: &'a Sum,
+    pub(super) bumps: &'a [Bump],
+    pub(super) bounds: &'a Aabb,
 }
 
 /// Bumps that are handled side by side.

@@ -179,3 +179,49 @@ fn a_sketch_moves_the_surface_by_no_more_than_it_may() {
         assert!(most <= error && most > 1e-3 * error, "{most} for {error}");
     }
 }
+
+#[test]
+fn a_sketch_is_as_good_as_it_promises() {
+    for scale in [1e-9, 1.0, 1e12] {
+        let mut u = numbers();
+        let mut formula = String::from("gaussians(1, 2");
+        for _ in 0..300 {
+            formula += &format!(
+                ", {:e}, {:e}",
+                12.0 * scale * (u() - 0.5),
+                12.0 * scale * (u() - 0.5) + 1e3 * scale
+            );
+            formula += &format!(", {:e}, {:e}", 12.0 * scale * (u() - 0.5), scale * (0.8 + 0.4 * u()));
+        }
+        let field = field(&(formula + ")"));
+        let mut points = cloud(3000, 14.0);
+        points.iter_mut().for_each(|p| *p = [p[0] * scale, (p[1] + 1e3) * scale, p[2] * scale]);
+        points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let n = points.len();
+        let (mut v, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
+        Surface::value_gradient(&field, &points, &mut v, &mut g).expect("arrays that fit");
+        for error in [1e-3, 1e-5, 1e-9] {
+            let sketch = field.sketch(error * scale).expect("a sum of bumps");
+            let (mut sv, mut sg) = (v.clone(), g.clone());
+            sketch.value_gradient(&points, &mut sv, &mut sg).expect("arrays that fit");
+            let mut seen = 0;
+            // Close to the surface, which is where it counts, and where the surface is no saddle about to split.
+            let length = |g: [f64; 3]| g.iter().map(|c| c * c).sum::<f64>().sqrt();
+            for i in (0..n).filter(|&i| v[i].abs() < 0.5 && length(g[i]) * scale > 1.0) {
+                let off = (v[i] - sv[i]).abs() / length(g[i]);
+                assert!(off <= error * scale, "{off:e} of {error:e} at scale {scale:e}");
+                let turn = length([0, 1, 2].map(|a| g[i][a] - sg[i][a]));
+                assert!(turn <= 10.0 * error * length(g[i]), "{turn:e} of {error:e} at scale {scale:e}");
+                seen += 1;
+            }
+            assert!(seen > 100, "{seen}");
+        }
+    }
+    let few = atoms(30, 4.0);
+    let nowhere = few.sketch(1e-3).expect("a sum of bumps");
+    let (mut v, mut g) = ([0.0; 2], [[0.0; 3]; 2]);
+    nowhere
+        .value_gradient(&[[f64::NAN, 0.0, 0.0], [1e9, 0.0, 0.0]], &mut v, &mut g)
+        .expect("arrays that fit");
+    assert!(v[0].is_nan() && v[1] == 1.0 && g[1] == [0.0; 3], "{v:?} {g:?}");
+}

@@ -11,6 +11,8 @@ const FIRST: i32 = -20;
 const LAST: i32 = 40;
 /// Where nothing is known of infinity, this many doublings without a zero count as the end of the surface.
 const EMPTY_SHELLS: i32 = 6;
+/// Most rounds over the axes in which half-spaces are taken off.
+const ROUNDS: usize = 4;
 
 /// A box that contains every zero of F; `None` where the search finds no end, or the field is opaque and its
 /// functions state no bounds.
@@ -22,8 +24,55 @@ pub(super) fn find(field: &Field) -> Option<Aabb> {
         return None;
     }
     let whole = field.whole();
-    let half = by_half_spaces(&whole).or_else(|| by_shells(&whole))?;
-    tightened(field, cube(&whole, half))
+    if let Some(half) = by_half_spaces(&whole) {
+        return tightened(field, cube(&whole, half));
+    }
+    let within = contracted(&whole);
+    if (0..whole.axes).all(|a| within.lo[a].is_finite() && within.hi[a].is_finite()) {
+        return tightened(field, within);
+    }
+    let half = by_shells(&whole, &within)?;
+    tightened(field, common(&cube(&whole, half), &within))
+}
+
+/// What both boxes contain.
+fn common(a: &Aabb, b: &Aabb) -> Aabb {
+    Aabb::new([0, 1, 2].map(|k| a.lo[k].max(b.lo[k])), [0, 1, 2].map(|k| a.hi[k].min(b.hi[k])))
+}
+
+/// A box, infinite along some axes perhaps, that contains all zeros: half-spaces are taken off, one axis after the other, each
+/// within what the others have left. A twist, taper or bend keeps the height along its axis; once that is bounded so are its
+/// angles and factors.
+fn contracted(whole: &Whole) -> Aabb {
+    let mut b = cube(whole, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let before = b;
+        for (axis, upper) in (0..whole.axes).flat_map(|a| [(a, true), (a, false)]) {
+            let free = |power: i32| {
+                let (mut part, half) = (b, 2f64.powi(power));
+                if upper {
+                    part.lo[axis] = part.lo[axis].max(half)
+                } else {
+                    part.hi[axis] = part.hi[axis].min(-half)
+                }
+                part.lo[axis] >= part.hi[axis] || excludes(whole, &part)
+            };
+            let (mut low, mut high) = (FIRST, LAST);
+            if !free(high) {
+                continue;
+            }
+            while low < high {
+                let middle = (low + high).div_euclid(2);
+                if free(middle) { high = middle } else { low = middle + 1 }
+            }
+            let half = 2f64.powi(high);
+            if upper { b.hi[axis] = b.hi[axis].min(half) } else { b.lo[axis] = b.lo[axis].max(-half) }
+        }
+        if b == before {
+            break;
+        }
+    }
+    b
 }
 
 /// From what opaque functions state of themselves, through the operators around them; `None` for operators that
@@ -101,15 +150,15 @@ fn by_half_spaces(whole: &Whole) -> Option<f64> {
     Some(2f64.powi(high))
 }
 
-/// The cube before a run of shells in which finite boxes exclude zeros: evidence, not a proof.
-fn by_shells(whole: &Whole) -> Option<f64> {
+/// The cube before a run of shells in which finite boxes exclude zeros: evidence, not a proof. No zero is outside `within`.
+fn by_shells(whole: &Whole, within: &Aabb) -> Option<f64> {
     // Long tapes get fewer boxes, so that the search stays within a fraction of a second.
     let mut budget = (100_000_000 / whole.tape.len().max(1)).clamp(2_000, 200_000);
     let mut empty = 0;
     let mut inner_has_any = false;
     for k in FIRST / 2..=LAST / 2 {
         let half = 2f64.powi(k);
-        match shell_is_free(whole, half, &mut budget) {
+        match shell_is_free(whole, half, within, &mut budget) {
             true => empty += 1,
             false => {
                 empty = 0;
@@ -127,7 +176,7 @@ fn by_shells(whole: &Whole) -> Option<f64> {
 }
 
 /// Whether F has no zero between the cubes of half-side `half` and `2 half`.
-fn shell_is_free(whole: &Whole, half: f64, budget: &mut usize) -> bool {
+fn shell_is_free(whole: &Whole, half: f64, within: &Aabb, budget: &mut usize) -> bool {
     let mut open = Vec::new();
     let parts = 4usize.pow(whole.axes as u32);
     for i in 0..parts {
@@ -138,7 +187,10 @@ fn shell_is_free(whole: &Whole, half: f64, budget: &mut usize) -> bool {
         let from = |offset: f64| {
             std::array::from_fn(|a| if a < whole.axes { (at(a) as f64 - 2.0 + offset) * half } else { 0.0 })
         };
-        open.push((Aabb::new(from(0.0), from(1.0)), 0));
+        let part = common(&Aabb::new(from(0.0), from(1.0)), within);
+        if (0..whole.axes).all(|a| part.lo[a] <= part.hi[a]) {
+            open.push((part, 0));
+        }
     }
     while let Some((b, depth)) = open.pop() {
         if *budget == 0 {

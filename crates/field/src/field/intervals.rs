@@ -65,7 +65,7 @@ impl Field {
         Ok(out)
     }
 
-    fn box_inputs(&self, lo: &[f64], hi: &[f64]) -> Result<[Interval; MAX_AXES], FieldError> {
+    pub(super) fn box_inputs(&self, lo: &[f64], hi: &[f64]) -> Result<[Interval; MAX_AXES], FieldError> {
         self.no_intervals()?;
         let d = self.axes();
         Self::expect("lo", lo, d)?;

@@ -6,17 +6,23 @@ mod differences;
 mod evaluate;
 mod intervals;
 mod leaves;
+mod pieces;
+mod rows;
+mod smooth;
 mod surface;
+
+pub use smooth::Regularity;
 
 use std::sync::{Arc, OnceLock};
 
-use crate::bumps::Sum;
+use crate::bumps::{Sum, Terms};
 use crate::kernel::Batch;
 use crate::model::{Lowered, Model, ParamInfo};
 use crate::program::{Program, Purpose};
 use crate::tape::Tape;
 use crate::{Aabb, FieldError};
 use leaves::{LeafOutputs, LeafStage};
+pub use pieces::{CompiledPiece, Piece, Pieces, Ranges};
 
 /// Points that one task evaluates.
 const CHUNK: usize = 1024;
@@ -27,6 +33,8 @@ struct Compiled {
     parts: Vec<Part>,
     leaves: Vec<LeafStage>,
     axes: usize,
+    /// The terms of the first component, where it is a sum; found when first asked for.
+    terms: OnceLock<Option<Terms>>,
 }
 
 /// One function, compiled for each purpose.
@@ -79,7 +87,7 @@ impl Field {
         let leaves = leaves.iter().map(|l| LeafStage::new(&graph, l)).collect();
         let mut field = Field {
             model: model.clone(),
-            compiled: Arc::new(Compiled { parts, leaves, axes }),
+            compiled: Arc::new(Compiled { parts, leaves, axes, terms: OnceLock::new() }),
             params,
             uniforms: Vec::new(),
             bumps: OnceLock::new(),

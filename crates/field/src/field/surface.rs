@@ -7,7 +7,7 @@ use crate::bumps::Sum;
 use crate::regions::{Narrowed, RegionOptions, Whole};
 use crate::surface::{Aabb, Cells, Parametric, Surface};
 use crate::switches::Switches;
-use crate::{FieldError, Interval};
+use crate::{FieldError, Interval, SparseRows};
 
 /// Tapes up to this length gain nothing from pruning.
 const SHORT: usize = 24;
@@ -34,7 +34,7 @@ impl Field {
     }
 
     /// The field as a sum of bumps, which needs no pruning, if it is one.
-    fn bumps(&self) -> Option<&Sum> {
+    pub(super) fn bumps(&self) -> Option<&Sum> {
         let plain = self.axes() == 3 && self.components() == 1 && !self.is_opaque();
         let find = || Sum::of(self.tape(0), &self.uniforms[0]).map(Arc::new);
         plain.then(|| self.bumps.get_or_init(find).as_deref())?
@@ -47,7 +47,7 @@ impl Field {
 
     /// The change of F, for each exponential, that moves the surface by [`TAIL`] of the points' diameter where
     /// the gradient is at its smallest among a sample of them.
-    fn tail(&self, points: &[[f64; 3]]) -> Result<f64, FieldError> {
+    pub(super) fn tail(&self, points: &[[f64; 3]]) -> Result<f64, FieldError> {
         let exps = self.tape(0).exps;
         let Some(bounds) = Aabb::around(points).filter(|_| exps > 0) else { return Ok(0.0) };
         let sample: Vec<[f64; 3]> = points.iter().step_by(points.len().div_ceil(64)).copied().collect();
@@ -165,7 +165,7 @@ impl Surface for Field {
     }
 
     fn sketch<'a>(&'a self, error: f64) -> Option<Box<dyn Surface + 'a>> {
-        Some(Box::new(self.bumps()?.sketch(error)?))
+        self.bumps()?.sketch(error)
     }
 
     fn cells(&self, bounds: &Aabb, side: f64, most: usize) -> Option<Cells<'_>> {
@@ -221,6 +221,21 @@ impl Parametric for Field {
         self.parameter_gradient(&self.packed(points), value, &mut packed, q_gradient)?;
         unpack(&packed, gradient);
         Ok(())
+    }
+
+    fn sparse_parameter_gradient(
+        &self,
+        points: &[[f64; 3]],
+        value: &mut [f64],
+        gradient: &mut [[f64; 3]],
+    ) -> Result<SparseRows, FieldError> {
+        if let Some(rows) = self.local_rows(points, value, gradient)? {
+            return Ok(rows);
+        }
+        let m = self.freedom();
+        let mut q = vec![0.0; points.len() * m];
+        Parametric::parameter_gradient(self, points, value, gradient, &mut q)?;
+        Ok(SparseRows::all(m, points.len(), q))
     }
 }
 

@@ -135,6 +135,40 @@ impl Model {
         self.exchanged(&old, Some(&new))
     }
 
+    /// The model with a copy of the part at a path, with parameters of its own: right after it in the operator above where that
+    /// takes any number of operands, otherwise in a union with it.
+    pub fn with_copy(&self, path: &str, name: Option<&str>) -> Result<Self, FieldError> {
+        let old = self.node(path)?;
+        let mut copy = old.fresh(&mut FxHashMap::default())?;
+        if let Some(name) = name {
+            copy = copy.named(name)?;
+        }
+        let above = self.nodes().into_iter().map(|n| n.model).find(|m| {
+            matches!(m.kind().operands, Operands::AtLeast(_))
+                && m.operands().iter().any(|o| o.id() == old.id())
+        });
+        let Some(above) = above else {
+            let union = super::kinds::known("union");
+            let both = Model::new(union, vec![], vec![old.clone(), copy], Payload::None)?;
+            return self.exchanged(&old, Some(&both));
+        };
+        let mut operands = above.operands().to_vec();
+        let place = operands.iter().position(|o| o.id() == old.id()).map_or(operands.len(), |k| k + 1);
+        operands.insert(place, copy);
+        self.exchanged(&above, Some(&above.with_operands(operands)?))
+    }
+
+    /// The same of new nodes; what is shared within it stays so.
+    fn fresh(&self, done: &mut FxHashMap<usize, Model>) -> Result<Self, FieldError> {
+        if let Some(m) = done.get(&self.id()) {
+            return Ok(m.clone());
+        }
+        let operands = self.operands().iter().map(|o| guarded(|| o.fresh(done))).collect::<Result<_, _>>()?;
+        let m = self.with_operands(operands)?;
+        done.insert(self.id(), m.clone());
+        Ok(m)
+    }
+
     /// The model without the part at a path. An operator of several operands that is left with one gives way
     /// to it; an operator on one operand goes with it.
     pub fn without_node(&self, path: &str) -> Result<Self, FieldError> {

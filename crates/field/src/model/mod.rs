@@ -212,6 +212,12 @@ impl Model {
         Self::unchecked(t.kind, name, t.params.clone(), t.operands.clone(), t.payload.clone())
     }
 
+    /// The same without a name of its own.
+    pub fn unnamed(&self) -> Result<Self, FieldError> {
+        let t = &*self.0;
+        Self::unchecked(t.kind, None, t.params.clone(), t.operands.clone(), t.payload.clone())
+    }
+
     /// What tells one shared node from another.
     pub(crate) fn id(&self) -> usize {
         Arc::as_ptr(&self.0) as usize

@@ -18,6 +18,7 @@ mod generate;
 mod leaves;
 mod ranges;
 mod reference;
+mod rows;
 
 pub use agreement::{batches_agree, evaluators_agree, rates_agree, threads_agree};
 pub use differences::{gradient_differences, hessian_differences, parameter_differences};
@@ -27,6 +28,7 @@ pub use generate::{
 pub use leaves::leaves_agree;
 pub use ranges::{cells_keep_zeros, intervals_contain, pruning_keeps};
 pub use reference::{Reference, Sample};
+pub use rows::{bump_rows_agree, pruned_rows_agree};
 
 use crate::{Field, FieldError};
 

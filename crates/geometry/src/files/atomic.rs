@@ -1,8 +1,13 @@
 //! All or nothing: a file is written beside its place, synced, then moved there.
 
+#[cfg(not(target_arch = "wasm32"))]
 use std::fs;
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+#[cfg(not(target_arch = "wasm32"))]
+use std::io::BufWriter;
+use std::io::{self, Write};
+use std::path::Path;
+#[cfg(not(target_arch = "wasm32"))]
+use std::path::PathBuf;
 
 use crate::GeometryError;
 
@@ -22,6 +27,13 @@ pub fn write_atomically(
     try_write(path, write).map_err(|source| GeometryError::io(path, source))
 }
 
+/// There are no files in a browser.
+#[cfg(target_arch = "wasm32")]
+fn try_write(_: &Path, _: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(not(target_arch = "wasm32"))]
 fn try_write(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let earlier = fs::metadata(&target).ok();
@@ -63,6 +75,7 @@ fn try_write(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) 
     Ok(())
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),

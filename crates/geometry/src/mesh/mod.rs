@@ -25,6 +25,7 @@ mod error;
 mod fill;
 mod intersect;
 mod live;
+mod patch;
 mod quality;
 mod repair;
 mod report;
@@ -37,6 +38,7 @@ mod vertices;
 
 pub use build::{MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
 pub use live::{LiveMesh, LiveUpdate};
+pub use patch::mesh_patch;
 pub use quality::{FaceQuality, Quality};
 pub use report::MeshReport;
 pub use topology::{Fault, Topology};

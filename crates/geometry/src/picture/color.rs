@@ -44,6 +44,24 @@ pub fn colors(values: &[f64], map: Colormap) -> Vec<[f64; 3]> {
     values.iter().map(|v| map.at(if half > 0.0 { (0.5 * v - 0.5 * low) / half } else { 0.5 })).collect()
 }
 
+/// sRGB colours for mean curvatures: positive is warm, negative cool, clipped softly at the 90th percentile of their magnitude.
+pub(super) fn bend(mean: &[f64]) -> Vec<[f64; 3]> {
+    let mut sizes: Vec<f64> = mean.iter().map(|h| h.abs()).filter(|h| h.is_finite()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let scale = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+    let one = |h: &f64| {
+        let t = if h.is_finite() { h / scale } else { 0.0 };
+        Colormap::Diverging.at(0.5 + 0.5 * t / (1.0 + t.abs().min(1e9).powi(2)).sqrt())
+    };
+    mean.iter().map(one).collect()
+}
+
+/// The inside of a surface of this linear colour: darker and greyer.
+pub(super) fn inside(c: V3) -> V3 {
+    let grey = 0.3 * c[0] + 0.6 * c[1] + 0.1 * c[2];
+    c.map(|v| 0.55 * (0.5 * v + 0.5 * grey))
+}
+
 fn hex(rgb: u32) -> [f64; 3] {
     [16, 8, 0].map(|shift| f64::from((rgb >> shift) & 255) / 255.0)
 }

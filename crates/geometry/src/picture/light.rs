@@ -50,21 +50,27 @@ struct DepthMap {
     depth: Vec<f32>,
 }
 
-struct Receiver {
-    position: V3,
-    normal: V3,
-    radius: f32,
+/// A place where light arrives.
+pub(super) struct Receiver {
+    pub position: V3,
+    pub normal: V3,
+    /// Of the discs that stand for the surface here: nothing so near throws a shadow on it.
+    pub radius: f32,
 }
 
+/// Light on the scene's discs that are drawn, then on the others; and on the ground.
 pub(super) fn gather(
     scene: &Scene,
+    others: Vec<Receiver>,
     ground: bool,
     stop: &AtomicBool,
 ) -> Result<(Vec<Light>, Option<Ground>), GeometryError> {
     let ground = ground.then(|| GroundPlane::new(scene));
-    let mut receivers: Vec<Receiver> = (0..scene.len())
+    let mut receivers: Vec<Receiver> = (0..scene.drawn)
         .map(|i| Receiver { position: scene.position[i], normal: scene.normal[i], radius: scene.radius[i] })
         .collect();
+    receivers.extend(others);
+    let wanted = receivers.len();
     if let Some(ground) = &ground {
         receivers.extend(ground.receivers(scene.up));
     }
@@ -99,7 +105,7 @@ pub(super) fn gather(
             });
         }
     }
-    let ground = ground.map(|plane| plane.lit(light.split_off(scene.len())));
+    let ground = ground.map(|plane| plane.lit(light.split_off(wanted)));
     Ok((light, ground))
 }
 

@@ -13,19 +13,49 @@ pub enum Style {
     /// Overlapping splats whose normals and colours blend: shows the surface.
     #[default]
     Surface,
+    /// Balls, lit like discs that face the camera: shows bare points.
+    Points,
+}
+
+/// How space becomes a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Projection {
+    /// Rays from one point.
+    #[default]
+    Perspective,
+    /// Parallel rays: lengths can be measured in the picture.
+    Parallel,
+}
+
+impl FromStr for Projection {
+    type Err = GeometryError;
+
+    /// `perspective` or `parallel`.
+    fn from_str(name: &str) -> Result<Self, GeometryError> {
+        match name {
+            "perspective" => Ok(Self::Perspective),
+            "parallel" => Ok(Self::Parallel),
+            _ => Err(GeometryError::Option {
+                name: "projection",
+                expected: "`perspective` or `parallel`",
+                given: format!("`{name}`"),
+            }),
+        }
+    }
 }
 
 impl FromStr for Style {
     type Err = GeometryError;
 
-    /// `discs` or `surface`.
+    /// `discs`, `points` or `surface`.
     fn from_str(name: &str) -> Result<Self, GeometryError> {
         match name {
             "discs" => Ok(Self::Discs),
             "surface" => Ok(Self::Surface),
+            "points" => Ok(Self::Points),
             _ => Err(GeometryError::Option {
                 name: "style",
-                expected: "`discs` or `surface`",
+                expected: "`discs`, `points` or `surface`",
                 given: format!("`{name}`"),
             }),
         }
@@ -49,6 +79,8 @@ pub enum Coloring {
     Curvature,
     /// Height along `up` on a sequential map, from the lowest point to the highest.
     Height,
+    /// The direction of the normal: x, y and z as red, green and blue, 0.5 for none.
+    Normal,
 }
 
 impl Default for Coloring {
@@ -60,16 +92,17 @@ impl Default for Coloring {
 impl FromStr for Coloring {
     type Err = GeometryError;
 
-    /// `uniform` (the default colours), `given`, `curvature` or `height`.
+    /// `uniform` (the default colours), `given`, `curvature`, `height` or `normal`.
     fn from_str(name: &str) -> Result<Self, GeometryError> {
         match name {
             "uniform" => Ok(Self::default()),
             "given" => Ok(Self::Given),
             "curvature" => Ok(Self::Curvature),
             "height" => Ok(Self::Height),
+            "normal" => Ok(Self::Normal),
             _ => Err(GeometryError::Option {
                 name: "coloring",
-                expected: "`uniform`, `given`, `curvature` or `height`",
+                expected: "`uniform`, `given`, `curvature`, `height` or `normal`",
                 given: format!("`{name}`"),
             }),
         }
@@ -111,6 +144,8 @@ pub struct PictureOptions {
     pub up: [f64; 3],
     /// Vertical opening angle of the camera in radians, 0.05 to 2. Default 0.5. Framing is automatic.
     pub field_of_view: f64,
+    /// Perspective or parallel rays. Default perspective.
+    pub projection: Projection,
     /// Free space around the points, as a fraction of the half picture, 0 to 0.9. Default 0.1.
     pub margin: f64,
     /// Discs or surface. Default surface.
@@ -145,6 +180,7 @@ impl Default for PictureOptions {
             elevation: 0.4,
             up: [0.0, 0.0, 1.0],
             field_of_view: 0.5,
+            projection: Projection::default(),
             margin: 0.1,
             style: Style::default(),
             coloring: Coloring::default(),

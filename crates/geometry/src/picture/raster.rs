@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::buffer::{Buffer, Fragment};
 use super::camera::Camera;
 use super::color::{byte, linear};
 use super::light::Light;
@@ -16,7 +17,7 @@ use super::vector::{V3, add, dot, mixed, scaled, unit};
 use crate::GeometryError;
 
 /// Side of a tile in pixels.
-const TILE: usize = 32;
+pub(super) const TILE: usize = 32;
 /// Radius of the discs that decide what is visible in a surface, over the disc's radius: closes the gaps.
 const SEEN: f32 = 1.6;
 /// How far discs seen from behind step back, in radii: at the horizon of a closed surface those seen from the front win.
@@ -41,6 +42,8 @@ pub(super) struct Raster<'a> {
     pub camera: &'a Camera,
     pub light: &'a [Light],
     pub studio: &'a Studio<'a>,
+    /// Surfaces that are drawn with the discs.
+    pub buffers: &'a [Buffer],
     pub width: usize,
     pub height: usize,
     /// Samples a pixel and direction.
@@ -93,6 +96,8 @@ struct Tile {
     depth: Vec<f32>,
     disc: Vec<u32>,
     blend: Vec<Blend>,
+    /// Depth of the nearest opaque surface; empty where there is none in the picture.
+    surface: Vec<f32>,
 }
 
 impl<'a> Raster<'a> {
@@ -101,6 +106,7 @@ impl<'a> Raster<'a> {
         camera: &'a Camera,
         light: &'a [Light],
         studio: &'a Studio<'a>,
+        buffers: &'a [Buffer],
         options: &PictureOptions,
     ) -> Self {
         Self {
@@ -108,6 +114,7 @@ impl<'a> Raster<'a> {
             camera,
             light,
             studio,
+            buffers,
             width: options.width as usize,
             height: options.height as usize,
             samples: options.supersampling as usize,
@@ -115,8 +122,9 @@ impl<'a> Raster<'a> {
                 // Balls have nothing to blend.
                 _ if scene.round => Mode::Separate,
                 (Style::Surface, _) => Mode::Smooth,
-                (Style::Discs, Some(body)) => Mode::Painted(linear(body)),
-                (Style::Discs, None) => Mode::Separate,
+                // On surfaces of their own discs need no body.
+                (Style::Discs, Some(body)) if buffers.is_empty() => Mode::Painted(linear(body)),
+                (Style::Discs | Style::Points, _) => Mode::Separate,
             },
             outline: options.outline as f32,
         }
@@ -154,7 +162,7 @@ impl<'a> Raster<'a> {
     /// Which discs may touch which tile, each tile's in ascending order.
     fn bins(&self, columns: usize, rows: usize) -> Bins {
         let grow = if self.mode == Mode::Separate { self.scene.shown } else { BLEND };
-        let spans: Vec<[u32; 4]> = (0..self.scene.len())
+        let spans: Vec<[u32; 4]> = (0..self.scene.drawn)
             .into_par_iter()
             .map(|i| {
                 let d = self.disc(i);
@@ -163,56 +171,40 @@ impl<'a> Raster<'a> {
                 else {
                     return [0; 4];
                 };
-                let cell = |v: f32, most: usize| ((v / TILE as f32).max(0.0) as usize).min(most) as u32;
-                let end = |v: f32, most: usize| if v < 0.0 { 0 } else { cell(v, most - 1) + 1 };
-                [cell(left, columns), end(right, columns), cell(top, rows), end(bottom, rows)]
+                Bins::span([left, top, right, bottom], columns, rows)
             })
             .collect();
-        let mut start = vec![0usize; columns * rows + 1];
-        let each = |span: &[u32; 4], f: &mut dyn FnMut(usize)| {
-            for row in span[2]..span[3] {
-                for column in span[0]..span[1] {
-                    f(row as usize * columns + column as usize);
-                }
-            }
-        };
-        for span in &spans {
-            each(span, &mut |tile| start[tile + 1] += 1);
-        }
-        for tile in 0..columns * rows {
-            start[tile + 1] += start[tile];
-        }
-        let mut next = start.clone();
-        let mut discs = vec![0u32; start[columns * rows]];
-        for (i, span) in spans.iter().enumerate() {
-            each(span, &mut |tile| {
-                discs[next[tile]] = i as u32;
-                next[tile] += 1;
-            });
-        }
-        Bins { start, discs }
+        Bins::new(&spans, columns, rows)
     }
 
     fn blank_tile(&self) -> Tile {
         let n = (TILE * self.samples).pow(2);
         let blends = if self.mode == Mode::Separate { 0 } else { n };
-        Tile { x: 0, y: 0, depth: vec![0.0; n], disc: vec![0; n], blend: vec![EMPTY; blends] }
+        let surface = vec![f32::INFINITY; if self.buffers.is_empty() { 0 } else { n }];
+        Tile { x: 0, y: 0, depth: vec![0.0; n], disc: vec![0; n], blend: vec![EMPTY; blends], surface }
     }
 
     fn draw_tile(&self, tile: &mut Tile, discs: &[u32], strip: &mut [u8]) {
         if !discs.is_empty() {
             tile.depth.fill(f32::INFINITY);
             tile.disc.fill(NOTHING);
+            if !self.buffers.is_empty() {
+                self.find_surface(tile);
+            }
             for &i in discs {
                 let disc = self.disc(i as usize);
-                let behind = dot(disc.normal, disc.center) > 0.0;
+                let behind = !self.camera.faces(disc.normal, disc.center);
                 let (grow, step) = match (self.mode, behind) {
                     (Mode::Separate, _) => (self.scene.shown, 0.0),
                     (_, false) => (SEEN, 0.0),
                     (_, true) => (SEEN, STEP_BACK * disc.radius),
                 };
-                let (depth, ids) = (&mut tile.depth, &mut tile.disc);
-                self.cover(tile.x, tile.y, &disc, disc.radius * grow, |k, t, _| {
+                let (depth, ids, surface) = (&mut tile.depth, &mut tile.disc, &tile.surface);
+                let radius = disc.radius * grow;
+                self.cover(tile.x, tile.y, &disc, radius, |k, t, _| {
+                    let Some(t) = self.laid_on((tile.x, tile.y), &disc, radius, k, t, surface) else {
+                        return;
+                    };
                     if t + step < depth[k] {
                         depth[k] = t + step;
                         ids[k] = i;
@@ -231,18 +223,8 @@ impl<'a> Raster<'a> {
             for x in 0..columns {
                 let (back, back_alpha) =
                     self.studio.behind((tile.x + x) as f32 + 0.5, (tile.y + y) as f32 + 0.5);
-                let (mut sum, mut hits) = ([0.0; 3], 0);
-                if !discs.is_empty() {
-                    for sy in y * self.samples..(y + 1) * self.samples {
-                        for sx in x * self.samples..(x + 1) * self.samples {
-                            if let Some(color) = self.sample(tile, sy * side + sx, sx, sy) {
-                                sum = add(sum, color);
-                                hits += 1;
-                            }
-                        }
-                    }
-                }
-                let cover = hits as f32 * share;
+                let (sum, hits) = self.pixel(tile, (x, y), side, discs.is_empty());
+                let cover = hits * share;
                 let behind = (1.0 - cover) * back_alpha;
                 let alpha = cover + behind;
                 let color = add(scaled(sum, share), scaled(back, behind));
@@ -257,6 +239,127 @@ impl<'a> Raster<'a> {
                 ]);
             }
         }
+    }
+
+    /// Sum of a pixel's samples: colours times opacities, and opacities.
+    fn pixel(&self, tile: &Tile, (x, y): (usize, usize), side: usize, bare: bool) -> (V3, f32) {
+        let spans = self.buffers.iter().map(|b| b.pixel(tile.x + x, tile.y + y));
+        let mut filled = spans.zip(self.buffers).filter(|(s, _)| s.count > 0);
+        if bare {
+            match (filled.next(), filled.next()) {
+                (None, _) => return ([0.0; 3], 0.0),
+                // One surface without edges: one sample stands for all.
+                (Some((span, buffer)), None) if !span.split => {
+                    let at = [(tile.x + x) as f32 + 0.5, (tile.y + y) as f32 + 0.5];
+                    let (color, alpha) = self.through(buffer.run(span).iter(), at, None);
+                    let all = (self.samples * self.samples) as f32;
+                    return (scaled(color, all), alpha * all);
+                }
+                _ => {}
+            }
+        }
+        let (mut sum, mut hits) = ([0.0; 3], 0.0);
+        for sy in y * self.samples..(y + 1) * self.samples {
+            for sx in x * self.samples..(x + 1) * self.samples {
+                let k = sy * side + sx;
+                let disc = if bare { None } else { self.sample(tile, k, sx, sy) };
+                if self.buffers.is_empty() {
+                    if let Some(color) = disc {
+                        sum = add(sum, color);
+                        hits += 1.0;
+                    }
+                    continue;
+                }
+                let disc = disc.map(|color| (tile.depth[k], color));
+                let (color, alpha) = self.layers(tile, (sx, sy), disc);
+                sum = add(sum, color);
+                hits += alpha;
+            }
+        }
+        (sum, hits)
+    }
+
+    /// A sample of all surfaces and a disc: colour times opacity, and opacity.
+    fn layers(&self, tile: &Tile, (sx, sy): (usize, usize), disc: Option<(f32, V3)>) -> (V3, f32) {
+        let at = [self.position(tile.x, sx), self.position(tile.y, sy)];
+        let (start, ray) = (self.camera.start(at[0], at[1]), self.camera.ray(at[0], at[1]));
+        let mut all: Vec<(f32, &Fragment)> = Vec::new();
+        for buffer in self.buffers {
+            let span = buffer.pixel(tile.x + sx / self.samples, tile.y + sy / self.samples);
+            for f in buffer.sample(span, sx % self.samples, sy % self.samples) {
+                all.push((if span.split { f.depth } else { f.depth_along(start, ray) }, f));
+            }
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let nearer = all.iter().filter(|(t, _)| disc.is_none_or(|(depth, _)| *t < depth)).map(|(_, f)| *f);
+        self.through(nearer, at, disc.map(|(_, color)| color))
+    }
+
+    /// Layers from front to back, then something opaque: colour times opacity, and opacity.
+    fn through<'f>(
+        &self,
+        layers: impl Iterator<Item = &'f Fragment>,
+        at: [f32; 2],
+        last: Option<V3>,
+    ) -> (V3, f32) {
+        let ray = self.camera.ray(at[0], at[1]);
+        let (mut color, mut open) = ([0.0; 3], 1.0);
+        for f in layers {
+            let spot = Spot { color: f.color, normal: f.normal, sky: f.sky, key: f.key };
+            color = add(color, scaled(self.studio.shade(&spot, ray), open * f.alpha));
+            open *= 1.0 - f.alpha;
+            if open < 1e-3 {
+                return (color, 1.0);
+            }
+        }
+        match last {
+            Some(last) => (add(color, scaled(last, open)), 1.0),
+            None => (color, 1.0 - open),
+        }
+    }
+
+    /// Depth of the nearest opaque surface at each sample of a tile.
+    fn find_surface(&self, tile: &mut Tile) {
+        let side = TILE * self.samples;
+        let height = self.height;
+        for (k, depth) in tile.surface.iter_mut().enumerate() {
+            *depth = f32::INFINITY;
+            let (sx, sy) = (k % side, k / side);
+            let (x, y) = (tile.x + sx / self.samples, tile.y + sy / self.samples);
+            if x >= self.width || y >= height {
+                continue;
+            }
+            for buffer in self.buffers {
+                let span = buffer.pixel(x, y);
+                let run = buffer.sample(span, sx % self.samples, sy % self.samples);
+                if let Some(f) = run.iter().find(|f| f.alpha >= 1.0) {
+                    let at = [self.position(tile.x, sx), self.position(tile.y, sy)];
+                    let along =
+                        || f.depth_along(self.camera.start(at[0], at[1]), self.camera.ray(at[0], at[1]));
+                    *depth = depth.min(if span.split { f.depth } else { along() });
+                }
+            }
+        }
+    }
+
+    /// The depth at which sample `k` sees a disc whose plane it meets at `t`: discs that touch a surface are laid on it.
+    fn laid_on(
+        &self,
+        tile: (usize, usize),
+        disc: &Disc,
+        radius: f32,
+        k: usize,
+        t: f32,
+        surface: &[f32],
+    ) -> Option<f32> {
+        let Some(&depth) = surface.get(k).filter(|d| (**d - t).abs() <= 1.5 * radius) else { return Some(t) };
+        let side = TILE * self.samples;
+        let at = [self.position(tile.0, k % side), self.position(tile.1, k / side)];
+        let (p, eye) = (self.camera.at(at[0], at[1], depth), self.camera.eye);
+        let off: V3 = std::array::from_fn(|a| p[a] - eye[a] - disc.center[a]);
+        let rho = dot(off, off) / (radius * radius);
+        // A little before the surface, the nearest centre first.
+        (rho <= 1.0).then(|| depth * (1.0 - 1e-5 * (2.0 - rho)))
     }
 
     fn position(&self, first: usize, k: usize) -> f32 {
@@ -278,6 +381,20 @@ impl<'a> Raster<'a> {
         let (c, n) = (disc.center, disc.normal);
         let plane = dot(n, c);
         let per_square = 1.0 / (radius * radius);
+        if self.camera.parallel {
+            for row in rows {
+                let b = (self.camera.center[1] - self.position(y, row)) / self.camera.focal - c[1];
+                for column in columns.clone() {
+                    let a = (self.position(x, column) - self.camera.center[0]) / self.camera.focal - c[0];
+                    let e = -(n[0] * a + n[1] * b) / n[2];
+                    let rho = (a * a + b * b + e * e) * per_square;
+                    if rho <= 1.0 {
+                        hit(row * side + column, -(c[2] + e), rho);
+                    }
+                }
+            }
+            return;
+        }
         for row in rows {
             let dy = (self.camera.center[1] - self.position(y, row)) / self.camera.focal;
             let fixed = n[1] * dy - n[2];
@@ -345,7 +462,9 @@ impl<'a> Raster<'a> {
         }
         let disc = self.disc(i);
         let (mut normal, mut color, side) = self.visible_side(i, &disc);
-        let hit = scaled(ray, tile.depth[k]);
+        let at = [self.position(tile.x, sx), self.position(tile.y, sy)];
+        let (p, eye) = (self.camera.at(at[0], at[1], tile.depth[k]), self.camera.eye);
+        let hit: V3 = std::array::from_fn(|a| p[a] - eye[a]);
         let radius = disc.radius * self.scene.shown;
         let off: V3 = std::array::from_fn(|k| (hit[k] - disc.center[k]) / radius);
         let rho = dot(off, off).min(1.0);
@@ -360,7 +479,7 @@ impl<'a> Raster<'a> {
 
     /// Normal and colour of the side that the camera sees, and which side that is.
     fn visible_side(&self, i: usize, disc: &Disc) -> (V3, V3, usize) {
-        if dot(disc.normal, disc.center) <= 0.0 {
+        if self.camera.faces(disc.normal, disc.center) {
             (disc.normal, self.scene.front[i], 0)
         } else {
             (scaled(disc.normal, -1.0), self.scene.back[i], 1)
@@ -388,7 +507,7 @@ impl<'a> Raster<'a> {
         if distance <= 1.0 - self.outline {
             return 1.0;
         }
-        let pixels = disc.radius * self.camera.focal / -disc.center[2];
+        let pixels = disc.radius * self.camera.pixels(disc.center);
         1.0 - 0.5 * ((pixels - 1.0) / 4.0).clamp(0.0, 1.0)
     }
 }
@@ -399,14 +518,48 @@ fn dither(x: usize, y: usize) -> f32 {
     (f32::from(BAYER[y % 4][x % 4]) - 7.5) / 16.0
 }
 
-/// Disc numbers by tile.
-struct Bins {
+/// Numbers of discs, or of triangles, by tile.
+pub(super) struct Bins {
     start: Vec<usize>,
     discs: Vec<u32>,
 }
 
 impl Bins {
-    fn of(&self, tile: usize) -> &[u32] {
+    /// The tiles that an image rectangle (left, top, right, bottom) touches: columns from, to; rows from, to.
+    pub(super) fn span([left, top, right, bottom]: [f32; 4], columns: usize, rows: usize) -> [u32; 4] {
+        let cell = |v: f32, most: usize| ((v / TILE as f32).max(0.0) as usize).min(most) as u32;
+        let end = |v: f32, most: usize| if v < 0.0 { 0 } else { cell(v, most - 1) + 1 };
+        [cell(left, columns), end(right, columns), cell(top, rows), end(bottom, rows)]
+    }
+
+    /// Sorts things by the tiles that they touch, each tile's in ascending order.
+    pub(super) fn new(spans: &[[u32; 4]], columns: usize, rows: usize) -> Self {
+        let mut start = vec![0usize; columns * rows + 1];
+        let each = |span: &[u32; 4], f: &mut dyn FnMut(usize)| {
+            for row in span[2]..span[3] {
+                for column in span[0]..span[1] {
+                    f(row as usize * columns + column as usize);
+                }
+            }
+        };
+        for span in spans {
+            each(span, &mut |tile| start[tile + 1] += 1);
+        }
+        for tile in 0..columns * rows {
+            start[tile + 1] += start[tile];
+        }
+        let mut next = start.clone();
+        let mut discs = vec![0u32; start[columns * rows]];
+        for (i, span) in spans.iter().enumerate() {
+            each(span, &mut |tile| {
+                discs[next[tile]] = i as u32;
+                next[tile] += 1;
+            });
+        }
+        Self { start, discs }
+    }
+
+    pub(super) fn of(&self, tile: usize) -> &[u32] {
         &self.discs[self.start[tile]..self.start[tile + 1]]
     }
 }

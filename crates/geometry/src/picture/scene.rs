@@ -29,59 +29,107 @@ pub(super) struct Scene {
     pub up: V3,
     /// What the camera frames instead of the discs.
     pub frame: Option<Vec<V3>>,
+    /// Discs that are drawn; those after them only stand in the light.
+    pub drawn: usize,
+    /// Where view space lies in the world.
+    pub place: Place,
+}
+
+/// View space in the world: the point `center` + `unit` · Σ v · axes for a point v of view space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub center: [f64; 3],
+    pub unit: f64,
+    /// To the right, up, and towards the camera.
+    pub axes: [[f64; 3]; 3],
+}
+
+impl Place {
+    /// A direction of view space in the world, in world units.
+    pub fn direction(&self, v: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|k| self.unit * (0..3).map(|i| v[i] * self.axes[i][k]).sum::<f64>())
+    }
+
+    /// A point of view space in the world.
+    pub fn point(&self, v: [f64; 3]) -> [f64; 3] {
+        let d = self.direction(v);
+        std::array::from_fn(|k| self.center[k] + d[k])
+    }
+
+    /// A world vector turned into view space, its length kept.
+    pub fn turned(&self, v: [f64; 3]) -> V3 {
+        self.axes.map(|a| (a[0] * v[0] + a[1] * v[1] + a[2] * v[2]) as f32)
+    }
+
+    /// A world point in view space.
+    pub fn seen(&self, p: [f64; 3]) -> V3 {
+        self.turned(std::array::from_fn(|k| (p[k] - self.center[k]) / self.unit))
+    }
 }
 
 impl Scene {
+    /// `occluders`, with normals and radii, are not drawn.
     pub fn new(
         cloud: &PointCloud<'_>,
+        occluders: &PointCloud<'_>,
         frame: Option<&[[f64; 3]]>,
         options: &PictureOptions,
     ) -> Result<Self, GeometryError> {
         let view = View::new(options);
-        let (front, back) = side_colors(cloud, options)?;
-        let Some((low, high)) = cloud.bounds() else {
-            return Ok(Self::empty(view.turned(view.up)));
+        let (mut front, mut back) = side_colors(cloud, options)?;
+        let corners: Vec<[f64; 3]> =
+            [cloud.bounds(), occluders.bounds()].into_iter().flatten().flat_map(|(a, b)| [a, b]).collect();
+        // Nothing to see: what is framed, so that an empty picture has the scale of those around it.
+        let corners = if corners.is_empty() { frame.unwrap_or_default() } else { &corners };
+        let Some((low, high)) = PointCloud::new(corners).bounds() else {
+            return Ok(Self::empty(&view));
         };
 
         // Twice: by the box, so that nothing overflows whatever the scale, then by the ball.
         let center: [f64; 3] = std::array::from_fn(|k| 0.5 * low[k] + 0.5 * high[k]);
         let half = (0..3).map(|k| 0.5 * high[k] - 0.5 * low[k]).fold(0.0, f64::max);
-        let largest = cloud.radii.unwrap_or_default().iter().copied().fold(0.0, f64::max);
+        let given = [cloud.radii, occluders.radii].into_iter().flatten().flatten();
+        let largest = given.copied().fold(0.0, f64::max);
         let size = match half + largest {
             0.0 => 1.0,
             size => size.min(f64::MAX),
         };
-        let mut points: Vec<[f64; 3]> =
-            cloud.points.iter().map(|p| std::array::from_fn(|k| (p[k] - center[k]) / size)).collect();
+        let moved = |p: &[f64; 3]| std::array::from_fn(|k| (p[k] - center[k]) / size);
+        let mut points: Vec<[f64; 3]> = cloud.points.iter().map(moved).collect();
         let mut radii = radii(cloud, &points, size);
         let scale = options.disc_scale.unwrap_or(match options.style {
-            Style::Discs => 0.82,
             Style::Surface => 1.0,
+            _ => 0.82,
         });
         // Discs are cut out of a surface that keeps its radii, so that light does not leak through their gaps.
         let shown = match options.style {
-            Style::Discs => scale,
             Style::Surface => {
                 radii.iter_mut().for_each(|r| *r *= scale);
                 1.0
             }
+            _ => scale,
         };
+        let drawn = points.len();
+        points.extend(occluders.points.iter().map(moved));
+        radii.extend(occluders.radii.unwrap_or_default().iter().map(|r| r / size));
+        radii.resize(points.len(), 0.0);
+        front.resize(points.len(), [0.5; 3]);
+        back.resize(points.len(), [0.5; 3]);
         let ball = points
             .iter()
             .zip(&radii)
             .map(|(p, r)| (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt() + r)
-            .fold(0.0, f64::max)
-            .max(f64::MIN_POSITIVE);
+            .fold(0.0, f64::max);
+        let ball = if ball > 0.0 { ball } else { 1.0 };
         points.as_flattened_mut().iter_mut().for_each(|v| *v /= ball);
         let placed = |p: &[f64; 3]| view.turned(std::array::from_fn(|k| (p[k] - center[k]) / size / ball));
         let frame = frame.map(|points| points.iter().map(placed).collect());
 
-        let normal = match cloud.normals {
-            Some(normals) => {
-                normals.iter().map(|n| unit_f64(*n).map_or([0.0, 0.0, 1.0], |n| view.turned(n))).collect()
-            }
-            None => vec![[0.0, 0.0, 1.0]; points.len()],
-        };
+        let turned = |n: &[f64; 3]| unit_f64(*n).map_or([0.0, 0.0, 1.0], |n| view.turned(n));
+        let mut normal: Vec<V3> = cloud.normals.unwrap_or_default().iter().map(turned).collect();
+        normal.resize(drawn, [0.0, 0.0, 1.0]);
+        normal.extend(occluders.normals.unwrap_or_default().iter().map(turned));
+        normal.resize(points.len(), [0.0, 0.0, 1.0]);
         Ok(Self {
             position: points.iter().map(|p| view.turned(*p)).collect(),
             normal,
@@ -92,6 +140,8 @@ impl Scene {
             round: cloud.normals.is_none(),
             up: view.turned(view.up),
             frame,
+            drawn,
+            place: Place { center, unit: size * ball, axes: [view.right, view.above, view.toward] },
         })
     }
 
@@ -99,7 +149,7 @@ impl Scene {
         self.position.len()
     }
 
-    fn empty(up: V3) -> Self {
+    fn empty(view: &View) -> Self {
         let none = Vec::new;
         Self {
             position: none(),
@@ -109,8 +159,10 @@ impl Scene {
             back: none(),
             shown: 1.0,
             round: false,
-            up,
+            up: view.turned(view.up),
             frame: None,
+            drawn: 0,
+            place: Place { center: [0.0; 3], unit: 1.0, axes: [view.right, view.above, view.toward] },
         }
     }
 }
@@ -174,8 +226,8 @@ fn typical_distance(points: &[[f64; 3]]) -> f64 {
     nearest.get(nearest.len() / 2).copied().unwrap_or(0.1)
 }
 
-/// Linear colours of the outside and the inside of every disc.
-fn side_colors(
+/// Linear colours of the outside and the inside at every point.
+pub(super) fn side_colors(
     cloud: &PointCloud<'_>,
     options: &PictureOptions,
 ) -> Result<(Vec<V3>, Vec<V3>), GeometryError> {
@@ -191,15 +243,7 @@ fn side_colors(
             let k =
                 cloud.curvatures.ok_or(GeometryError::MissingColumn { column: "curvatures", needed_for })?;
             let mean: Vec<f64> = k.iter().map(|k| 0.5 * k[0] + 0.5 * k[1]).collect();
-            let mut sizes: Vec<f64> = mean.iter().map(|h| h.abs()).filter(|h| h.is_finite()).collect();
-            sizes.sort_by(f64::total_cmp);
-            let scale = sizes.get(sizes.len() * 9 / 10).copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
-            mean.iter()
-                .map(|h| {
-                    let t = if h.is_finite() { h / scale } else { 0.0 };
-                    Colormap::Diverging.at(0.5 + 0.5 * t / (1.0 + t.abs().min(1e9).powi(2)).sqrt())
-                })
-                .collect()
+            super::color::bend(&mean)
         }
         Coloring::Height => {
             let up = unit_f64(options.up).unwrap_or([0.0, 0.0, 1.0]);
@@ -207,15 +251,15 @@ fn side_colors(
                 cloud.points.iter().map(|p| (0..3).map(|k| 0.25 * p[k] * up[k]).sum()).collect();
             super::color::colors(&heights, Colormap::Sequential)
         }
+        Coloring::Normal => {
+            let needed_for = "the colouring `normal`";
+            let normals =
+                cloud.normals.ok_or(GeometryError::MissingColumn { column: "normals", needed_for })?;
+            let one = |n: &[f64; 3]| unit_f64(*n).unwrap_or([0.0; 3]).map(|v| 0.5 + 0.5 * v);
+            normals.iter().map(one).collect()
+        }
     };
     let front: Vec<V3> = srgb.iter().map(|c| linear(*c)).collect();
-    // The inside: the same colour, darker and greyer.
-    let back = front
-        .iter()
-        .map(|c| {
-            let grey = 0.3 * c[0] + 0.6 * c[1] + 0.1 * c[2];
-            c.map(|v| 0.55 * (0.5 * v + 0.5 * grey))
-        })
-        .collect();
+    let back = front.iter().map(|c| super::color::inside(*c)).collect();
     Ok((front, back))
 }

@@ -103,11 +103,12 @@ impl<'a> Studio<'a> {
         let Some(ground) = self.ground else { return 0.0 };
         let ray = self.camera.ray(x, y);
         let fall = dot(ray, self.up);
-        let above = dot(self.camera.eye, self.up) - ground.height;
+        let start = self.camera.start(x, y);
+        let above = dot(start, self.up) - ground.height;
         if fall >= -1e-4 || above <= 0.0 {
             return 0.0;
         }
-        let p = add(self.camera.eye, scaled(ray, above / -fall));
+        let p = add(start, scaled(ray, above / -fall));
         let (sky, key, away) = ground.at(p);
         let sky = (1.0 - sky / OPEN_GROUND).max(0.0) * self.occlusion;
         let key = (1.0 - key) * self.shadow;

@@ -1,9 +1,9 @@
 //! One step of the control points, in the order of WH94 section 5.
 
-use isoswarm_field::{FieldError, Parametric};
+use isoswarm_field::{FieldError, Parametric, SparseRows};
 
 use super::pin::Pin;
-use super::solve::{Change, Rows, System, Wanted, constrained};
+use super::solve::{Change, Known, Rows, System, Wanted, constrained};
 use crate::Error;
 use crate::vector::{V3, along, dot, norm, scale, sub};
 
@@ -110,7 +110,7 @@ fn attempt(
     let none = vec![0.0; m];
     let desired = if desired.is_empty() { &none } else { desired };
     let places: Vec<V3> = pins.iter().map(|p| p.at).collect();
-    let rows = differentiate(surface, &places, m)?;
+    let rows = differentiate(surface, &places)?;
     let least = negligible(&rows.gradient);
     let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
     let limits = surface.limits();
@@ -121,6 +121,7 @@ fn attempt(
     };
     let exact = (0..n).filter(|&i| pins[i].softness == 0.0).map(squared);
     let unmet: f64 = exact.filter(|v| v.is_finite()).sum();
+    let known = Known::default();
     for (retries, (part, damping)) in TRIALS.into_iter().enumerate() {
         let d: Vec<V3> = wishes.iter().map(|&w| scale(w, part)).collect();
         let wanted: Vec<f64> = desired.iter().map(|v| v * part).collect();
@@ -135,6 +136,7 @@ fn attempt(
                 least,
                 tolerance: RANK_TOLERANCE,
                 damping,
+                known: &known,
             })
         };
         // Where F should be afterwards.
@@ -216,13 +218,15 @@ fn distance_of(value: f64, gradient: V3, least: f64) -> f64 {
     if size > least { value.abs() / size } else { f64::INFINITY }
 }
 
-fn differentiate(surface: &dyn Parametric, points: &[V3], m: usize) -> Result<Rows, FieldError> {
+fn differentiate(surface: &dyn Parametric, points: &[V3]) -> Result<Rows, FieldError> {
     let n = points.len();
-    let mut rows = Rows { value: vec![0.0; n], gradient: vec![[0.0; 3]; n], q_gradient: vec![0.0; n * m] };
-    if n > 0 {
-        surface.parameter_gradient(points, &mut rows.value, &mut rows.gradient, &mut rows.q_gradient)?;
-    }
-    Ok(rows)
+    let (mut value, mut gradient) = (vec![0.0; n], vec![[0.0; 3]; n]);
+    let q_gradient = if n > 0 {
+        surface.sparse_parameter_gradient(points, &mut value, &mut gradient)?
+    } else {
+        SparseRows::new(surface.freedom())
+    };
+    Ok(Rows { value, gradient, q_gradient })
 }
 
 /// A change that is tried.

@@ -192,7 +192,7 @@ impl Factors {
     }
 }
 
-fn reflect(v: &[f64], beta: f64, rows: &mut [f64], width: usize, from: usize) {
+pub(super) fn reflect(v: &[f64], beta: f64, rows: &mut [f64], width: usize, from: usize) {
     let arch = Arch::new();
     if rows.len() < PARALLEL {
         return arch.dispatch(Reflect { v, beta, rows, width, from });

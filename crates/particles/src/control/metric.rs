@@ -1,6 +1,6 @@
 //! What a change of each parameter costs: the sensitivity of the surface to it (WH94 section 3, footnote 1).
 
-use isoswarm_field::{FieldError, Parametric};
+use isoswarm_field::{FieldError, Parametric, SparseRows};
 
 use crate::vector::dot;
 
@@ -18,16 +18,17 @@ pub fn sensitivity(surface: &dyn Parametric, points: &[[f64; 3]]) -> Result<Vec<
     let scales = surface.scales();
     let mut squares = vec![0.0; m];
     let (mut value, mut gradient) = (vec![0.0; n], vec![[0.0; 3]; n]);
-    let mut q = vec![0.0; n * m];
-    if n > 0 && m > 0 {
-        surface.parameter_gradient(points, &mut value, &mut gradient, &mut q)?;
-    }
+    let rows = if n > 0 && m > 0 {
+        surface.sparse_parameter_gradient(points, &mut value, &mut gradient)?
+    } else {
+        SparseRows::new(m)
+    };
     let mut used = 0.0;
-    for (row, g) in q.chunks_exact(m.max(1)).zip(&gradient) {
+    for (i, g) in gradient.iter().enumerate().take(rows.len()) {
         let square = dot(*g, *g);
-        if square > 0.0 && square.is_finite() && row.iter().all(|v| v.is_finite()) {
+        if square > 0.0 && square.is_finite() && rows.row(i).1.iter().all(|v| v.is_finite()) {
             used += 1.0;
-            squares.iter_mut().zip(row).for_each(|(s, v)| *s += v * v / square);
+            rows.entries_of(i).for_each(|(j, v)| squares[j] += v * v / square);
         }
     }
     let mean = |s: f64| if used > 0.0 { (s / used).sqrt() } else { 0.0 };

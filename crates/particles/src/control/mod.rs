@@ -3,6 +3,7 @@
 mod drag;
 mod factor;
 mod fit;
+mod fold;
 mod metric;
 mod pin;
 mod solve;

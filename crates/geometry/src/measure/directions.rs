@@ -1,0 +1,71 @@
+//! The direction in which each vertex is moved onto the surface.
+
+use isoswarm_field::vector::{V3, add, dot, unit};
+use isoswarm_field::{Aabb, Surface};
+
+use crate::GeometryError;
+use crate::mesh::{Mesh, Topology};
+
+/// A vertex this near a face of the bounds, in parts of their diagonal, lies on it.
+const ON_FACE: f64 = 1e-9;
+
+/// Directions and normals of the vertices.
+pub(super) struct Directions {
+    /// Unit normals of the surface; those of the mesh where the surface has none.
+    pub(super) normals: Vec<V3>,
+    /// The same, but within the faces of the bounds for vertices on a boundary there.
+    pub(super) at: Vec<V3>,
+}
+
+pub(super) fn directions(
+    surface: &dyn Surface,
+    mesh: &Mesh,
+    topology: &Topology,
+    bounds: Option<&Aabb>,
+) -> Result<Directions, GeometryError> {
+    let n = mesh.points.len();
+    let (mut value, mut gradient) = (vec![0.0; n], vec![[0.0; 3]; n]);
+    surface.value_gradient(&mesh.points, &mut value, &mut gradient)?;
+    let mut of_mesh = vec![[0.0; 3]; n];
+    for (f, corners) in mesh.faces.iter().enumerate() {
+        let vector = mesh.face_vector(f);
+        corners.iter().for_each(|&v| of_mesh[v as usize] = add(of_mesh[v as usize], vector));
+    }
+    let normal = |v: usize| {
+        let own = unit(gradient[v]);
+        // A gradient against the triangles belongs to another sheet, or to none.
+        let flat = unit(of_mesh[v]);
+        if dot(own, flat) > 0.1 { own } else { flat }
+    };
+    let normals: Vec<V3> = (0..n).map(normal).collect();
+    let mut at = normals.clone();
+    if let Some(bounds) = bounds.filter(|_| topology.boundaries > 0) {
+        boundary(mesh)
+            .into_iter()
+            .for_each(|v| at[v as usize] = in_faces(mesh.points[v as usize], at[v as usize], bounds));
+    }
+    Ok(Directions { normals, at })
+}
+
+/// Vertices at edges of one triangle only.
+pub(super) fn boundary(mesh: &Mesh) -> Vec<u32> {
+    let mut sides: Vec<[u32; 2]> = mesh
+        .faces
+        .iter()
+        .flat_map(|f| [0, 1, 2].map(|k| (f[k], f[(k + 1) % 3])))
+        .map(|(a, b)| [a.min(b), a.max(b)])
+        .collect();
+    sides.sort_unstable();
+    let mut out: Vec<u32> =
+        sides.chunk_by(|a, b| a == b).filter(|c| c.len() == 1).flat_map(|c| c[0]).collect();
+    out.sort_unstable();
+    out.dedup();
+    out
+}
+
+/// The part of `d` that lies in all faces of the bounds that the point is on.
+fn in_faces(p: V3, d: V3, bounds: &Aabb) -> V3 {
+    let near = ON_FACE * bounds.diagonal();
+    let on = |a: usize| (p[a] - bounds.lo[a]).abs() <= near || (p[a] - bounds.hi[a]).abs() <= near;
+    unit([0, 1, 2].map(|a| if on(a) { 0.0 } else { d[a] }))
+}

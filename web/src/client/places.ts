@@ -1,0 +1,18 @@
+/** Where the worker and the module lie: files beside the page. */
+import { browserTransport } from './browser.js';
+import type { Transport } from './link.js';
+
+export function spawn(): Transport {
+  return browserTransport(new Worker(new URL('./worker.ts', import.meta.url), { type: 'module' }));
+}
+
+/** Compiled once, for all workers. */
+export async function wasm(): Promise<WebAssembly.Module> {
+  const url = new URL('../../wasm/pkg/core_bg.wasm', import.meta.url);
+  try {
+    return await WebAssembly.compileStreaming(fetch(url));
+  } catch {
+    // A host that does not call it application/wasm.
+    return WebAssembly.compile(await (await fetch(url)).arrayBuffer());
+  }
+}
