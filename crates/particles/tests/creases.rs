@@ -90,6 +90,7 @@ fn primitives_have_the_edges_that_they_should_have() {
         ("repeat(box(0.4, 0.4, 0.4), px=0.9, nx=3)", 24, 36, 36.0 * 0.4),
         ("offset(box(2, 2, 2), d=-0.1)", 8, 12, 12.0 * 1.8),
         ("offset(box(2, 2, 2), d=0.1)", 0, 0, 0.0),
+        ("smooth_union(sphere(r=1), torus(major=1.2, minor=0.3), k=0.1) - box(0.8, 0.8, 4)", 8, 12, f64::NAN),
         ("mirror(sphere(r=1))", 0, 0, 0.0),
         ("mirror(translate(sphere(r=1), x=0.6))", 0, 1, 1.6 * PI),
         ("quadratic_union(sphere(r=0.8), translate(sphere(r=0.8), x=0.9), k=0.3)", 0, 0, 0.0),

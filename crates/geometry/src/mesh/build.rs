@@ -154,8 +154,13 @@ pub fn mesh_samples(
     (0..vertices.len()).for_each(|v| held[v] |= vertices.on_crease(v));
     let (flips, missing) = segments.insert(&mut triangles, &vertices);
     report.flips += flips;
-    report.not_on_creases(&vertices, &missing);
     improve(surface, options.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    if !missing.is_empty() {
+        // What was in the way may have moved.
+        let (flips, missing) = segments.insert(&mut triangles, &vertices);
+        report.flips += flips + triangles.delaunay(&vertices.points, |a, b| segments.joins(&vertices, a, b));
+        report.not_on_creases(&vertices, &missing);
+    }
     if let Resolution::Error(most) = options.resolution {
         error::refine(surface, most, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
     }

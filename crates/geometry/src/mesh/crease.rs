@@ -10,6 +10,8 @@ use super::vertices::Vertices;
 
 /// Most flips for one segment.
 const FLIPS: usize = 64;
+/// Most edges that it may cross.
+const CROSSED: usize = 16;
 
 /// The segments of creases, between numbers of crease points.
 #[derive(Clone, Debug, Default)]
@@ -100,30 +102,40 @@ impl Work<'_> {
         false
     }
 
-    /// Flips the edge that the way from `a` to `b` crosses first, if that leaves the triangles on their fronts.
+    /// Flips the first edge that the way from `a` to `b` crosses and that is a diagonal of a convex quadrangle. Whether there was one.
     fn step(&mut self, a: u32, b: u32, fan: &[usize]) -> bool {
         let at = |v: u32| self.vertices.points[v as usize];
         let up = self.vertices.normals[a as usize];
         let (p, way) = (at(a), sub(at(b), at(a)));
-        for &f in fan {
-            let Some(k) = self.triangles.corner(f, a) else { continue };
-            let (u, w) = (self.triangles.faces[f][(k + 1) % 3], self.triangles.faces[f][(k + 2) % 3]);
-            let (right, left) = (sub(at(u), p), sub(at(w), p));
-            if !(turns(right, way, up) > 0.0 && turns(way, left, up) > 0.0) {
-                continue;
-            }
-            let Some((_, d, g, _)) = self.triangles.opposite(f, (k + 1) % 3) else { return false };
-            // Both triangles behind the flip must lie on the side that the old ones do.
-            let new = sub(at(d), p);
-            let convex = turns(right, new, up) > 0.0 && turns(new, left, up) > 0.0;
-            if !convex || self.segments.joins(self.vertices, u, w) || !self.triangles.flip(f, (k + 1) % 3) {
+        let crossed = fan.iter().find_map(|&f| {
+            let k = self.triangles.corner(f, a)?;
+            let (right, left) = (self.triangles.faces[f][(k + 1) % 3], self.triangles.faces[f][(k + 2) % 3]);
+            let between = turns(sub(at(right), p), way, up) > 0.0 && turns(way, sub(at(left), p), up) > 0.0;
+            between.then_some((f, (k + 1) % 3))
+        });
+        let Some((mut f, mut k)) = crossed else { return false };
+        for _ in 0..CROSSED {
+            let Some((c, d, g, l)) = self.triangles.opposite(f, k) else { return false };
+            let (right, left) = (self.triangles.faces[f][k], self.triangles.faces[f][(k + 1) % 3]);
+            if self.segments.joins(self.vertices, right, left) {
                 return false;
             }
-            for h in [f, g] {
-                self.triangles.faces[h].iter().for_each(|&v| self.face_of[v as usize] = h as u32);
+            let new = sub(at(d), at(c));
+            let convex =
+                turns(sub(at(right), at(c)), new, up) > 0.0 && turns(new, sub(at(left), at(c)), up) > 0.0;
+            if convex && self.triangles.flip(f, k) {
+                for h in [f, g] {
+                    self.triangles.faces[h].iter().for_each(|&v| self.face_of[v as usize] = h as u32);
+                }
+                self.flips += 1;
+                return true;
             }
-            self.flips += 1;
-            return true;
+            if d == b {
+                return false;
+            }
+            // Face g is left, right, d from corner l on: the way leaves it to the right or to the left of d.
+            let d_is_left = turns(way, sub(at(d), p), up) > 0.0;
+            (f, k) = (g, if d_is_left { (l + 1) % 3 } else { (l + 2) % 3 });
         }
         false
     }
