@@ -44,5 +44,5 @@ pub use project::project;
 pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;
 pub use sample::sample;
-pub use tangential::{Change, normal_keeping_velocity};
 pub use swarm::same_sheet;
+pub use tangential::{Change, normal_keeping_velocity};
