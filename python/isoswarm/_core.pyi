@@ -203,6 +203,7 @@ def mesh(
     most: int,
     time_limit: float | None,
     progress: Callable[[str, float, int, int], object] | None,
+    proof: tuple[Corner, Corner, int] | None,
 ) -> dict[str, Any]: ...
 def mesh_samples(
     model: Model,

@@ -89,6 +89,12 @@ class Certificate:
         )
 
 
+def grown(lo: Floats, hi: Floats) -> tuple[Floats, Floats]:
+    """The box and a little around it, which a surface in the box does not reach."""
+    margin = 0.02 * (hi - lo)
+    return lo - margin, hi + margin
+
+
 def certify(field: Field, *, bounds: Any = None, boxes: int = 2_000_000) -> Certificate:
     """Prove how many components the surface F = 0 has, and of which genus.
 
@@ -126,9 +132,7 @@ def certify(field: Field, *, bounds: Any = None, boxes: int = 2_000_000) -> Cert
     if bounds is not None:
         lo, hi = as_bounds(bounds, field.axes)
     else:
-        lo, hi = field.require_bounds()
-        margin = 0.02 * (hi - lo)
-        lo, hi = lo - margin, hi + margin
+        lo, hi = grown(*field.require_bounds())
     found = _core.certify(field._model, lo=tuple(lo), hi=tuple(hi), boxes=boxes)
     found["components"] = tuple(
         Component(euler, genus, None if inside is None else tuple(inside))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from isoswarm._arrays import Floats, as_bounds
-from isoswarm.certifying import Certificate
+from isoswarm.certifying import Certificate, grown
 from isoswarm.certifying import certify as prove
 from isoswarm.errors import SamplingWarning, TooFewError
 from isoswarm.field import Field
@@ -171,9 +171,8 @@ def _topology(field: Field, box: tuple[Floats, Floats], boxes: int) -> Certifica
     """What can be proven within the box and a little around it."""
     if field.axes != 3:
         return None
-    margin = 0.02 * (box[1] - box[0])
     try:
-        return prove(field, bounds=(box[0] - margin, box[1] + margin), boxes=boxes)
+        return prove(field, bounds=grown(*box), boxes=boxes)
     except ValueError:  # no intervals
         return None
 

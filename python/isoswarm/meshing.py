@@ -15,6 +15,7 @@ import numpy.typing as npt
 from isoswarm import _core
 from isoswarm._arrays import Floats, as_bounds
 from isoswarm.callbacks import BatchFunction, checked
+from isoswarm.certifying import grown
 from isoswarm.errors import EmptySurfaceWarning, SamplingWarning
 from isoswarm.field import Field
 from isoswarm.samples import Samples, _library
@@ -93,6 +94,8 @@ class MeshReport:
         Wall-clock time.
     doubtful : ndarray, (k, 3)
         Where the mesh is not guaranteed to be right.
+    certified : bool or None
+        Whether the mesh has the topology that is proven of the surface; None where nothing was proven, or asked for.
     warnings : tuple of str
         What else there is to know, a sentence each.
 
@@ -119,6 +122,7 @@ class MeshReport:
     evaluations: int
     seconds: float
     doubtful: Floats
+    certified: bool | None
     warnings: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -149,6 +153,8 @@ class MeshReport:
             ("off the surface", f"{self.max_distance:.2g} at most, at the triangles' centres"),
             ("work", f"{self.evaluations:,} evaluations, {self.seconds:.2f} s"),
         ]
+        if self.certified is not None:
+            rows.append(("certified", "as is proven" if self.certified else "NO: another topology is proven"))
         if self.self_intersections:
             rows.append(("intersections", f"{self.self_intersections} pairs of triangles"))
         if self.inserted or self.removed:
@@ -282,6 +288,7 @@ def mesh(
     seed: int = 0,
     time_limit: float | None = None,
     max_vertices: int = 20_000_000,
+    certify: bool | int = False,
     progress: Progress | None = None,
 ) -> Mesh:
     """Mesh the surface F = 0: samples it evenly and joins the samples by triangles.
@@ -318,6 +325,9 @@ def mesh(
         For the sampling, in seconds; what there is by then is meshed.
     max_vertices : int
         More than that is refused, with an estimate.
+    certify : bool or int
+        Whether to prove the surface's topology and compare the mesh with it; a number of boxes for the proof, or True
+        for 2,000,000. See :func:`isoswarm.certify`.
     progress : callable, optional
         Called as ``progress(phase, fraction, floaters, steps)`` up to 20 times a second while sampling.
 
@@ -378,6 +388,7 @@ def mesh(
         most=max_vertices,
         time_limit=time_limit,
         progress=progress,
+        proof=_proof(certify, lo, hi, grow=bounds is None),
     )
     return _told(Mesh(field, columns, time.perf_counter() - began))
 
@@ -421,6 +432,14 @@ def mesh_samples(
         intersections=intersections,
     )
     return _told(Mesh(field, columns, time.perf_counter() - began))
+
+
+def _proof(certify: bool | int, lo: Floats, hi: Floats, *, grow: bool) -> Any:
+    """Box and number of boxes of a proof."""
+    if not certify:
+        return None
+    box = grown(lo, hi) if grow else (lo, hi)
+    return tuple(box[0]), tuple(box[1]), 2_000_000 if certify is True else int(certify)
 
 
 def _told(made: Mesh) -> Mesh:

@@ -1,5 +1,5 @@
 //! isoswarm-geometry for Python: proofs of topology.
-use isoswarm_field::Aabb;
+use isoswarm_field::{Aabb, Field};
 use isoswarm_geometry::{self as core, Certificate, CertifyOptions};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -19,15 +19,20 @@ pub fn certify<'py>(
     boxes: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
     let field = model.get().field()?.as_ref();
+    dictionary(py, certificate(py, field, &Aabb::new(lo, hi), boxes)?)
+}
+
+/// The certificate, with the interpreter released.
+pub fn certificate(py: Python<'_>, field: &Field, bounds: &Aabb, boxes: usize) -> PyResult<Certificate> {
     let mut watch = Watch::new(None, None);
     let found = py.detach(|| {
         let mut goes_on = |_| watch.look(None, |_, _| Ok(true)).is_continue();
-        core::certify(field, &Aabb::new(lo, hi), CertifyOptions { boxes, goes_on: Some(&mut goes_on) })
+        core::certify(field, bounds, CertifyOptions { boxes, goes_on: Some(&mut goes_on) })
     });
-    if let Some(raised) = watch.raised {
-        return Err(raised);
+    match watch.raised {
+        Some(raised) => Err(raised),
+        None => found.map_err(errors::geometry),
     }
-    dictionary(py, found.map_err(errors::geometry)?)
 }
 
 /// The certificate as Python's dataclass takes it.

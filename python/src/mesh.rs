@@ -26,10 +26,10 @@ fn rule(name: &str) -> PyResult<Rule> {
 }
 
 /// Meshes a surface with the interpreter released; columns and report as a dictionary. Exactly one of `n`, `spacing` and `error`
-/// is given.
+/// is given. `proof`: the box in which the topology is proven to compare the mesh with, and the number of boxes for that.
 #[pyfunction]
 #[pyo3(signature = (model, *, n, spacing, error, lo, hi, rule, density, creases, smoothing, intersections, seed, most, time_limit,
-    progress))]
+    progress, proof))]
 pub fn mesh<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
@@ -47,6 +47,7 @@ pub fn mesh<'py>(
     most: usize,
     time_limit: Option<f64>,
     progress: Option<Py<PyAny>>,
+    proof: Option<([f64; 3], [f64; 3], usize)>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let resolution = match (n, spacing, error) {
         (Some(n), None, None) => Resolution::Count(n),
@@ -58,7 +59,7 @@ pub fn mesh<'py>(
     let curvature = density.as_ref().is_some_and(|d| !d.is_callable());
     let density = density.filter(|d| d.is_callable()).map(Bound::unbind);
     let surface = model.get().field()?.as_ref();
-    let made = py.detach(|| {
+    let mut made = py.detach(|| {
         let mut watch = Watch::new(progress, time_limit);
         let mut tick = |p: &Progress| watch.tick(p);
         let function = |points: &[[f64; 3]], out: &mut [f64]| match &density {
@@ -88,6 +89,9 @@ pub fn mesh<'py>(
             None => result.map_err(errors::particles),
         }
     })?;
+    if let Some((lo, hi, boxes)) = proof {
+        made.report.certify(&crate::certify::certificate(py, surface, &Aabb::new(lo, hi), boxes)?);
+    }
     columns(py, made)
 }
 
@@ -249,6 +253,7 @@ fn report<'py>(py: Python<'py>, r: &MeshReport) -> PyResult<Bound<'py, PyDict>> 
     d.set_item("flips", r.flips)?;
     d.set_item("evaluations", r.evaluations)?;
     d.set_item("doubtful", arrays::from_rows(py, r.doubtful.clone())?)?;
+    d.set_item("certified", r.certified)?;
     d.set_item("warnings", &r.warnings)?;
     Ok(d)
 }

@@ -87,3 +87,9 @@ def test_info_tells_what_is_proven() -> None:
     assert "proven: closed, 1 component of genus 1" in " ".join(result.stdout.split())
     found = json.loads(CliRunner().invoke(app, ["info", TORUS, "--json"]).stdout)
     assert found["topology"]["proven"] is True
+
+
+def test_meshes_are_compared_with_proofs() -> None:
+    mesh = iso.mesh(iso.parse(TORUS), n=1000, certify=True)
+    assert mesh.report.certified is True
+    assert iso.mesh(iso.parse(TORUS), n=1000).report.certified is None
