@@ -4,7 +4,7 @@ use isoswarm_geometry::{
     self as core, Estimate, GeometryError, Integrand, MeasureOptions, Measures, MeshOptions, Meshed, Moment,
     Resolution,
 };
-use isoswarm_particles::{Report, Samples};
+use isoswarm_particles::{Samples, Status};
 use numpy::{PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -14,6 +14,7 @@ use crate::arrays;
 use crate::callback;
 use crate::errors;
 use crate::field::Model;
+use crate::mesh::bare_samples;
 use crate::watch::Watch;
 
 /// Measures a surface with the interpreter released. Either `n` or `spacing` is given, or the columns of samples, whose
@@ -42,13 +43,8 @@ pub fn measures<'py>(
     let surface = model.get().field()?.as_ref();
     let bounds = Aabb::new(lo, hi);
     let given = samples
-        .map(|(points, normals, radii, components)| -> PyResult<Samples> {
-            Ok(columns(
-                arrays::points("points", &points)?,
-                arrays::points("normals", &normals)?,
-                arrays::column(&radii),
-                components,
-            ))
+        .map(|(points, normals, radii, components)| {
+            bare_samples(&points, &normals, &radii, components, Status::Converged)
         })
         .transpose()?;
     let resolution = match (n, spacing) {
@@ -146,14 +142,6 @@ fn integrand(f: &Py<PyAny>) -> Box<Integrand<'_>> {
         })
         .map_err(callback::keep)
     })
-}
-
-/// Samples from their columns, as the mesher needs them.
-fn columns(points: Vec<[f64; 3]>, normals: Vec<[f64; 3]>, radii: Vec<f64>, components: usize) -> Samples {
-    let report = Report { components, ..Report::default() };
-    let n = points.len();
-    let (areas, curvatures, component) = (vec![0.0; n], vec![[f64::NAN; 2]; n], vec![0; n]);
-    Samples { points, normals, radii, areas, curvatures, component, report, ..Samples::default() }
 }
 
 fn pair(e: Estimate) -> (f64, f64) {

@@ -111,12 +111,8 @@ pub fn mesh_samples<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let status = if unmet.is_empty() { Status::Converged } else { Status::NotConverged(unmet) };
     let samples = Samples {
-        points: arrays::points("points", &points)?,
-        normals: arrays::points("normals", &normals)?,
-        radii: arrays::column(&radii),
         creases: creases.map(|c| c.get().inner.clone()),
-        report: Report { status, components, ..Report::default() },
-        ..Samples::default()
+        ..bare_samples(&points, &normals, &radii, components, status)?
     };
     let rule = self::rule(rule)?;
     let surface = model.get().field()?.as_ref();
@@ -127,6 +123,23 @@ pub fn mesh_samples<'py>(
     };
     let made = py.detach(work).map_err(errors::particles)?;
     columns(py, made)
+}
+
+/// Samples as far as the mesher looks at them.
+pub fn bare_samples(
+    points: &PyReadonlyArray2<'_, f64>,
+    normals: &PyReadonlyArray2<'_, f64>,
+    radii: &PyReadonlyArray1<'_, f64>,
+    components: usize,
+    status: Status,
+) -> PyResult<Samples> {
+    Ok(Samples {
+        points: arrays::points("points", points)?,
+        normals: arrays::points("normals", normals)?,
+        radii: arrays::column(radii),
+        report: Report { status, components, ..Report::default() },
+        ..Samples::default()
+    })
 }
 
 /// A mesh that follows a swarm.

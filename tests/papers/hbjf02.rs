@@ -60,7 +60,7 @@ fn figure_2_a_dumbbell_of_r_functions_is_dragged_part_by_part() {
     let size = diameter(&scene);
     assert!(scene.residuals().unwrap().values().all(|d| *d < 1e-6 * size));
     // A parameter is typed in, and the floaters are on the surface that follows.
-    scene.apply(Command::Set { path: "offset/d".into(), value: 0.05 }).unwrap();
+    scene.apply(Command::Set { path: "offset/d".into(), value: 0.05, continued: false }).unwrap();
     assert_eq!(value(&scene, "offset/d").to_bits(), 0.05f64.to_bits());
     assert!(off_surface(&scene) < 1e-3 * size, "{}", off_surface(&scene));
 }

@@ -20,6 +20,8 @@ const BYTES: f64 = 300.0;
 /// are few.
 const SEEDS: usize = 4000;
 const FEWEST_SEEDS: usize = 1000;
+/// The same where there are creases.
+const MANY_SEEDS: usize = 16_000;
 
 /// Samples the part of the surface F = 0 that lies in `bounds` (finite corners, lo < hi on each of the surface's axes).
 ///
@@ -36,30 +38,29 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     let mut run = Run::new(seed, progress);
     run.tell(Phase::Seeding, 0.0, 0);
     let aim = match amount {
-        // Between creases every part of the surface needs seeds of its own.
-        Amount::Count(n) if method == Method::Even && creases => n.clamp(FEWEST_SEEDS, 4 * SEEDS),
         Amount::Count(n) if method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
         _ => SEEDS,
     };
-    let (seeds, certified) = match seeding::seed(surface, &mut run, bounds, aim) {
-        Err(e) => match run.stop {
-            Some(why) => return Ok(Samples::none(Status::NotConverged(why.reason().into()), false, &run)),
-            None => return Err(e.into()),
-        },
-        Ok(found) => found,
+    let mut seeds = match look_for(surface, &mut run, bounds, aim)? {
+        Ok(seeds) => seeds,
+        Err(nothing) => return Ok(*nothing),
     };
-    let Some(seeds) = seeds else {
-        return Ok(Samples::none(Status::Empty, certified, &run));
-    };
-    run.tell(Phase::Seeding, 0.1, seeds.points.len());
+    run.tell(Phase::Seeding, 0.05, seeds.points.len());
     let n = population(&seeds, amount, most)?;
+    let edged = creases && method == Method::Even;
+    let creases = if edged { find_creases(surface, bounds, &seeds, amount, n, &mut run)? } else { None };
+    if creases.is_some() && aim < n.min(MANY_SEEDS) {
+        // Between creases every part of the surface needs seeds of its own.
+        seeds = match look_for(surface, &mut run, bounds, n.min(MANY_SEEDS))? {
+            Ok(seeds) => seeds,
+            Err(nothing) => return Ok(*nothing),
+        };
+    }
     if method != Method::Random && n < seeds.components {
         return Err(Error::TooFew { n, components: seeds.components });
     }
     match method {
         Method::Even => {
-            let creases =
-                if creases { find_creases(surface, bounds, &seeds, amount, n, &mut run)? } else { None };
             let edges = creases.as_ref().map(|c| EdgeFloaters::new(c, &seeds));
             let wish = Wish { amount, n, density, edges: edges.as_ref(), start, most_steps: steps };
             let Spread { swarm, unit, unmet } = even::spread(&mut run, surface, &seeds, wish)?;
@@ -72,6 +73,25 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
         Method::Adaptive | Method::Simple | Method::Fissioning => {
             modes::run(&mut run, surface, &seeds, method, n, amount, steps.unwrap_or(modes::STEPS))
         }
+    }
+}
+
+/// Looks for the surface; a result without samples where there is none or the search was stopped.
+fn look_for<'s>(
+    surface: &'s dyn Surface,
+    run: &mut Run<'_>,
+    bounds: &Aabb,
+    aim: usize,
+) -> Result<Result<Seeds<'s>, Box<Samples>>, Error> {
+    match seeding::seed(surface, run, bounds, aim) {
+        Err(e) => match run.stop {
+            Some(why) => {
+                Ok(Err(Box::new(Samples::none(Status::NotConverged(why.reason().into()), false, run))))
+            }
+            None => Err(e.into()),
+        },
+        Ok((Some(seeds), _)) => Ok(Ok(seeds)),
+        Ok((None, certified)) => Ok(Err(Box::new(Samples::none(Status::Empty, certified, run)))),
     }
 }
 
@@ -88,7 +108,10 @@ fn find_creases(
         Amount::Spacing(s) => s,
         Amount::Count(n) => even::spacing_for_count(seeds.area, n, seeds.walls.axes),
     };
-    let found = creases::creases(surface, bounds, CreaseOptions::new(spacing))?;
+    let found = {
+        let mut tell = |part: f64| run.tell(Phase::Seeding, 0.05 + 0.05 * part, 0);
+        creases::find(surface, bounds, CreaseOptions::new(spacing), &mut tell)?
+    };
     run.warnings.extend(found.warnings.iter().cloned());
     let (taken, least) = (found.points.len(), 2 * found.points.len() + seeds.components);
     if taken > 0 && least > n {

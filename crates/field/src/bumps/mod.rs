@@ -98,10 +98,7 @@ impl Sum {
 
     /// What is left when tails are dropped that move the surface by about `error` (a length) at most.
     pub(crate) fn sketch(&self, error: f64) -> Option<Box<dyn Surface>> {
-        Some(match Single::of(self.shortened(error)?, error) {
-            Ok(single) => Box::new(single),
-            Err(double) => Box::new(double),
-        })
+        Some(Single::or_double(self.shortened(error)?, error))
     }
 
     /// The same in double precision.

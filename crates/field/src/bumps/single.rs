@@ -51,9 +51,9 @@ struct Term {
 
 impl Single {
     /// The sum in single precision, or the sum itself where that would move its surface by more than `error` (a length).
-    pub(super) fn of(sum: Sum, error: f64) -> Result<Self, Sum> {
+    pub(super) fn or_double(sum: Sum, error: f64) -> Box<dyn Surface> {
         let centers: Vec<[f64; 3]> = sum.bumps.iter().map(|b| b.center).collect();
-        let Some(bounds) = Aabb::around(&centers) else { return Err(sum) };
+        let Some(bounds) = Aabb::around(&centers) else { return Box::new(sum) };
         let origin = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
         let (unit, scale) = (sum.offset.abs(), 1.0 / sum.grid.reach);
         let binary = core::f64::consts::LOG2_E;
@@ -76,9 +76,9 @@ impl Single {
         let finite = |t: &Term| t.weight.iter().chain([&t.level]).all(|v| v.is_finite());
         let enough = error >= ROUNDING * (sum.grid.reach + 0.5 * bounds.diagonal());
         if enough && highest <= math::ln(most) && scale.is_finite() && terms.iter().all(finite) {
-            Ok(Self { sum, terms, reach: reaches, unit, origin, scale })
+            Box::new(Self { sum, terms, reach: reaches, unit, origin, scale })
         } else {
-            Err(sum)
+            Box::new(sum)
         }
     }
 

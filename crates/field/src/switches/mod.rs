@@ -94,6 +94,11 @@ fn is_switch(instr: &Instr) -> bool {
     matches!(instr.code, Code::Op(Min | Max | Abs | Less | Floor | Ceil | Round | Mod, _))
 }
 
+/// Whether two numbers differ even within a distance of `tie`.
+fn differ(a: Dual<f64>, b: Dual<f64>, tie: f64) -> bool {
+    (a.v - b.v).abs() > tie * norm(sub(a.d, b.d))
+}
+
 /// The difference of a switch, given its operands.
 fn difference(op: Op, a: Dual<f64>, b: Dual<f64>) -> Dual<f64> {
     let beyond = |v: Dual<f64>, shift: f64| Dual { v: (v.v - shift) - (v.v - shift).round(), ..v };
@@ -230,7 +235,7 @@ impl<'a> Switches<'a> {
                 match op {
                     Op::Min | Op::Max => {
                         let apart = a.v - b.v;
-                        let tied = !(apart.abs() > tie * norm(sub(a.d, b.d)));
+                        let tied = !differ(a, b, tie);
                         let first = (apart < 0.0) == (op == Op::Min);
                         sides = [tied || first, tied || !first, false];
                     }
@@ -240,7 +245,7 @@ impl<'a> Switches<'a> {
                             Code::Op(Op::Less, mode) => {
                                 let (a, b) =
                                     operands(self.whole.tape, &self.uniforms, values, mode, mask.args);
-                                !((a.v - b.v).abs() > tie * norm(sub(a.d, b.d)))
+                                !differ(a, b, tie)
                             }
                             _ => false,
                         };

@@ -79,3 +79,14 @@ fn boxes_cover_the_edges_of_a_cube_and_little_else() {
         assert_eq!((one.value, one.gradient), (all.value, all.gradient));
     }
 }
+
+#[test]
+fn minima_that_cancel_do_not_matter() {
+    let shape = "smooth_union(sphere(r=0.5), translate(sphere(r=0.5), x=0.7), translate(sphere(r=0.4), y=0.6), k=0.1)";
+    let f = field(shape);
+    let boxes = |f: &Field| f.switches().unwrap().boxes(&Aabb::new([-1.5; 3], [1.5; 3]), 0.05, 100_000).0;
+    assert!(boxes(&f).is_empty());
+    let cut = field(&format!("{shape} - box(0.3, 0.3, 4)"));
+    let switches: Vec<u32> = boxes(&cut).into_iter().flat_map(|b| b.switches).collect();
+    assert!(!switches.is_empty());
+}

@@ -182,8 +182,8 @@ pub fn certify(
     check(field, bounds)?;
     let mut budget = Budget { left: options.boxes, spent: 0, goes_on: options.goes_on };
     let first = System::new(field, unit(DIRECTIONS[0]), bounds)?;
-    let mut out = Certificate::default();
-    out.doubtful = faces(&first, bounds, &mut budget)?;
+    let doubtful = faces(&first, bounds, &mut budget)?;
+    let mut out = Certificate { doubtful, ..Certificate::default() };
     if !out.doubtful.is_empty() {
         out.reason =
             "the surface reaches the bounds, or comes too close to them to tell: it is not closed there; \

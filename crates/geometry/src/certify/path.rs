@@ -93,7 +93,7 @@ fn falling(system: &System<'_>, p: V3, gradient: V3) -> Result<Option<V3>, Field
     let (a, b, c) = (bend(system.u, system.u), bend(system.u, system.v), bend(system.v, system.v));
     let half = 0.5 * (a - c);
     let least = 0.5 * (a + c) - (half * half + b * b).sqrt();
-    if !(least < 0.0) {
+    if least.is_nan() || least >= 0.0 {
         return Ok(None);
     }
     // Of the two ways to write the eigenvector, the longer.

@@ -34,7 +34,8 @@ pub struct MeshReport {
     pub removed: usize,
     /// Points at which the field was evaluated, sampling included.
     pub evaluations: u64,
-    /// Places where the mesh is not guaranteed to be right, model units; at most [`MeshReport::MOST_PLACES`].
+    /// Places where the mesh is not guaranteed to be right, model units, those where it is open or no manifold first; at most
+    /// [`MeshReport::MOST_PLACES`].
     pub doubtful: Vec<V3>,
     /// What the user should know, a sentence each.
     pub warnings: Vec<String>,
@@ -93,8 +94,6 @@ impl MeshReport {
             self.self_intersections = mesh.self_intersections();
         }
         self.judge(mesh, samples);
-        self.doubtful.sort_by(|p, q| p.partial_cmp(q).unwrap_or(std::cmp::Ordering::Equal));
-        self.doubtful.dedup();
         self.doubtful.truncate(Self::MOST_PLACES);
         Ok(())
     }
@@ -136,6 +135,8 @@ impl MeshReport {
         if parts != known && !mesh.faces.is_empty() {
             self.warnings.push(format!("the mesh has {parts} components, the swarm {known}"));
         }
+        self.doubtful.sort_by(|p, q| p.partial_cmp(q).unwrap_or(std::cmp::Ordering::Equal));
+        self.doubtful.dedup();
         let bent = self.bent(mesh);
         if !bent.is_empty() {
             self.warnings.push(format!(

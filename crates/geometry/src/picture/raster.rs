@@ -359,7 +359,7 @@ impl<'a> Raster<'a> {
         let off: V3 = std::array::from_fn(|a| p[a] - eye[a] - disc.center[a]);
         let rho = dot(off, off) / (radius * radius);
         // A little before the surface, the nearest centre first.
-        (rho <= 1.0).then(|| depth * (1.0 - 1e-5 * (2.0 - rho)))
+        (rho <= 1.0).then_some(depth * (1.0 - 1e-5 * (2.0 - rho)))
     }
 
     fn position(&self, first: usize, k: usize) -> f32 {

@@ -38,7 +38,7 @@ impl Clip {
             return self.planes[usize::from(face - Self::BOX_FACES)].normal;
         }
         let mut n = [0.0; 3];
-        n[usize::from(face / 2)] = if face % 2 == 0 { -1.0 } else { 1.0 };
+        n[usize::from(face / 2)] = if face.is_multiple_of(2) { -1.0 } else { 1.0 };
         n
     }
 

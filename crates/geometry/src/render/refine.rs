@@ -95,7 +95,7 @@ fn advance(b: &mut Bracket, ray: &Ray, round: usize) {
     let step = -b.value / slope;
     let next = b.t + step;
     // Newton's method settles in a few rounds or not at all.
-    let trusted = b.from <= next && next <= b.to && (round < 12 || round % 3 == 0);
+    let trusted = b.from <= next && next <= b.to && (round < 12 || round.is_multiple_of(3));
     let size = b.t.abs().max(b.to - b.from);
     if trusted && step.abs() <= LAST_STEP * size {
         (b.t, b.done) = (next, true);

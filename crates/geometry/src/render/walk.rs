@@ -162,7 +162,7 @@ impl<'a> Walk<'a> {
             return;
         }
         for i in cell.square.rays() {
-            if !self.states[i].begun && self.bundle.rays[i].near < cell.to {
+            if !self.states[i].begun && self.is_open(i) && self.bundle.rays[i].near < cell.to {
                 self.begin(i, inside);
             }
         }

@@ -292,7 +292,7 @@ mod tests {
         (0..n)
             .map(|i| {
                 // Not in the order of the line.
-                let first = (i * 37 % n) * (width - window) / n.max(2);
+                let first = (i * 37 % n) * (width - window) / (n.max(2) - 1);
                 let own = rng.child(i as u64);
                 (0..window).map(|k| ((first + k) as u32, 2.0 * own.unit(k as u64) - 1.0)).collect()
             })

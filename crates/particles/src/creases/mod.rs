@@ -82,17 +82,15 @@ pub struct Creases {
 }
 
 impl Creases {
-    /// For each point the unit vector in the middle of the normals of all sides that meet there.
+    /// For each point the unit vector whose largest angle to the normals of the sides that meet there is smallest; zero at tips.
     pub fn mean_normals(&self) -> Vec<V3> {
-        let mut sum = vec![[0.0; 3]; self.points.len()];
+        let mut sides: Vec<Vec<V3>> = vec![Vec::new(); self.points.len()];
         for edge in &self.edges {
-            for (&p, sides) in edge.points.iter().zip(&edge.normals) {
-                for n in sides {
-                    sum[p as usize] = crate::vector::add(sum[p as usize], *n);
-                }
+            for (&p, pair) in edge.points.iter().zip(&edge.normals) {
+                sides[p as usize].extend_from_slice(pair);
             }
         }
-        sum.into_iter().map(crate::vector::unit).collect()
+        sides.iter().map(|normals| middle(normals)).collect()
     }
 
     /// Length of all edges (model units).
@@ -100,6 +98,26 @@ impl Creases {
         self.edges.iter().fold(0.0, |sum, e| sum + e.length)
     }
 }
+
+/// The middle of unit vectors: the centre of the smallest ball around them (Badoiu and Clarkson 2003), as a unit vector.
+fn middle(normals: &[V3]) -> V3 {
+    let mut centre = crate::vector::unit(normals.iter().fold([0.0; 3], |s, n| crate::vector::add(s, *n)));
+    if normals.len() < 3 {
+        return centre;
+    }
+    for k in 1..=ROUNDS {
+        let far = normals.iter().max_by(|a, b| {
+            crate::vector::distance(**a, centre).total_cmp(&crate::vector::distance(**b, centre))
+        });
+        if let Some(far) = far {
+            centre = crate::vector::along(centre, 1.0 / (k + 1) as f64, crate::vector::sub(*far, centre));
+        }
+    }
+    crate::vector::unit(centre)
+}
+
+/// Rounds of the search for a middle.
+const ROUNDS: usize = 100;
 
 /// Trace steps over the spacing and over the side of a box.
 const STEP: f64 = 0.5;
@@ -122,6 +140,16 @@ const RADIUS: f64 = 1e-6;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> Result<Creases, Error> {
+    find(surface, bounds, options, &mut |_| true)
+}
+
+/// [`creases`], with a function that is told which part of the search is done and says whether to go on; else there are none.
+pub(crate) fn find(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    options: CreaseOptions,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Result<Creases, Error> {
     check(surface, bounds, &options)?;
     if surface.axes() != 3 {
         return Ok(Creases { certified: true, ..Creases::default() });
@@ -150,7 +178,7 @@ pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> 
         near: None,
     };
     let tips = network::tips(&mut tracer, &boxes)?;
-    let Some(mut network) = network::find(&mut tracer, &boxes, &mut |_| true)? else {
+    let Some(mut network) = network::find(&mut tracer, &boxes, go_on)? else {
         return Ok(Creases::default());
     };
     network.drop_around(&tips, tracer.step);

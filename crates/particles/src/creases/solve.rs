@@ -99,7 +99,8 @@ impl<'a> Solver<'a> {
             }
             let longest = 0.5 * search.reach;
             p = along(p, if length > longest { longest / length } else { 1.0 }, step);
-            if !(distance(p, from) <= search.reach) {
+            let away = distance(p, from);
+            if away.is_nan() || away > search.reach {
                 return None;
             }
             let rounded = length <= ROUNDING * self.scale;

@@ -221,7 +221,7 @@ impl Tracer<'_> {
             };
             let (a, b) = (d.value / norm(d.gradient), there.value / norm(there.gradient));
             // Equal all along, or on the same side.
-            if !(a.abs() > tie) || (a > 0.0) == (b > tie) && (a < 0.0) == (b < -tie) {
+            if a.is_nan() || a.abs() <= tie || (a > 0.0) == (b > tie) && (a < 0.0) == (b < -tie) {
                 continue;
             }
             let part = (a / (a - b)).clamp(0.0, 1.0);

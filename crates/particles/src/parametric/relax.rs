@@ -135,7 +135,7 @@ fn settle(
     let mut sum = 0.0;
     for i in 0..uv.len() {
         let way = distance(next.x[i], places.x[i]);
-        if !(way <= ASTRAY * norm(moved[i]) + 1e-3 * sigma) {
+        if way.is_nan() || way > ASTRAY * norm(moved[i]) + 1e-3 * sigma {
             velocity[i] = [0.0; 3];
             continue;
         }
