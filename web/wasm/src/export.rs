@@ -31,8 +31,10 @@ impl Core {
     /// Even samples as a file, started from the floaters: so many, or with the scene's spacing (0).
     pub fn export_samples(&self, format: &str, count: usize) -> Answer<Uint8Array> {
         let s = self.scene.samples((count > 0).then_some(count)).thrown()?;
-        let cloud =
-            PointCloud::new(&s.points).with_normals(&s.normals).with_areas(&s.areas).with_curvatures(&s.curvatures);
+        let cloud = PointCloud::new(&s.points)
+            .with_normals(&s.normals)
+            .with_areas(&s.areas)
+            .with_curvatures(&s.curvatures);
         bytes(&cloud, format)
     }
 }

@@ -52,7 +52,8 @@ impl Core {
             serde_json::from_str(command).map_err(|e| Failure::input(format!("command: {e}")))?;
         let stop = |p: &Progress| {
             let (done, of, remaining) = (p.steps as f64, p.most as f64, p.remaining);
-            tell.call3(&JsValue::NULL, &done.into(), &of.into(), &remaining.into()).is_ok_and(|v| v.is_truthy())
+            tell.call3(&JsValue::NULL, &done.into(), &of.into(), &remaining.into())
+                .is_ok_and(|v| v.is_truthy())
         };
         let change = self.scene.apply_with(command, &mut |_, p| flow(stop(p))).thrown()?;
         to_json(&report::change(&change))

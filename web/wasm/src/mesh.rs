@@ -60,7 +60,8 @@ impl Core {
         let spacing = if spacing > 0.0 { spacing } else { frame.spacing };
         let mut progress = |p: &isoswarm_particles::Progress| {
             let done = JsValue::from(p.fraction);
-            let stop = tell.call3(&JsValue::NULL, &done, &1.0.into(), &0.0.into()).is_ok_and(|v| v.is_truthy());
+            let stop =
+                tell.call3(&JsValue::NULL, &done, &1.0.into(), &0.0.into()).is_ok_and(|v| v.is_truthy());
             if stop { ControlFlow::Break(Stop::Cancelled) } else { ControlFlow::Continue(()) }
         };
         let options = MeshOptions {

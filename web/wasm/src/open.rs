@@ -23,8 +23,7 @@ struct Source {
 }
 
 pub fn open(source: &str, floaters: &[f64]) -> Result<Scene, JsValue> {
-    let source: Source =
-        serde_json::from_str(source).map_err(|e| Failure::input(format!("source: {e}")))?;
+    let source: Source = serde_json::from_str(source).map_err(|e| Failure::input(format!("source: {e}")))?;
     let settings = source.settings.unwrap_or_default();
     let mut scene = if is_file(&source.text) {
         Scene::from_json_with(&source.text, settings, &HashMap::new(), floaters.as_chunks().0).thrown()?

@@ -114,7 +114,11 @@ fn slider(p: &ParamInfo, size: f64) -> [f64; 2] {
         _ => around((2.0 * p.value.abs()).max(p.scale)),
     };
     let tiny = 1e-3 * size;
-    let least = if p.bounds.0 > 0.0 && p.bounds.0 < tiny && p.unit == "length" { tiny.min(p.value) } else { p.bounds.0 };
+    let least = if p.bounds.0 > 0.0 && p.bounds.0 < tiny && p.unit == "length" {
+        tiny.min(p.value)
+    } else {
+        p.bounds.0
+    };
     [lo.max(least).min(p.value), hi.min(p.bounds.1).max(p.value)]
 }
 

@@ -1,6 +1,7 @@
 import { useState } from 'preact/hooks';
 import { FaultNote, useCheck } from '../panels/FormulaField.tsx';
 import { open } from '../state/files.ts';
+import { complain } from '../state/session.ts';
 import { dialog } from '../state/ui.ts';
 import { Button } from '../ui/controls.tsx';
 import { Dialog } from '../ui/Dialog.tsx';
@@ -37,7 +38,11 @@ export function Gallery() {
 function Card({ scene, close }: { scene: GalleryScene; close: () => void }) {
   const start = async () => {
     close();
-    await open(await scene.source(), scene.title);
+    try {
+      await open(await scene.source(), scene.title);
+    } catch (error) {
+      complain(error);
+    }
   };
   const picture = thumbnail(scene.id);
   return (

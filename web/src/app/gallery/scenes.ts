@@ -71,7 +71,7 @@ export const scenes: readonly GalleryScene[] = [
   { id: 'body', title: 'Head and body', note: 'A blend to begin with', group: 'Shapes', source: formula('smooth_union(ellipsoid(1, 0.7, 0.7), translate(sphere(0.5), x=1.1, z=0.35), k=0.15)') },
   { id: 'blobs', title: 'Sixteen blobs', note: 'Along a trefoil knot', group: 'Shapes', source: formula(blobs(), undefined, 4000) },
   { id: 'part', title: 'Machine part', note: 'Union, difference, rounded edges', group: 'Shapes', source: formula('smooth_difference(smooth_union(rounded_box(2.4, 1.4, 0.5, 0.12), translate(cylinder(0.6, 1), z=0.3), k=0.08), translate(cylinder(0.36, 3), z=0.3), translate(cylinder(0.18, 2), x=0.9, y=0.42), translate(cylinder(0.18, 2), x=-0.9, y=-0.42), k=0.03)', box(1.6), 5000) },
-  { id: 'twisted', title: 'Twisted tower', note: 'A deformation on a box', group: 'Shapes', source: formula('taper(twist(rounded_box(1.1, 1.1, 3, 0.15), rate=0.6), rate=0.12)', undefined, 4000) },
+  { id: 'twisted', title: 'Twisted tower', note: 'A deformation on a box', group: 'Shapes', source: formula('taper(twist(rounded_box(1.1, 1.1, 3, 0.15), rate=0.6), rate=0.12)', box(2), 4000) },
   { id: 'gyroid', title: 'Gyroid ball', note: 'A minimal surface in a sphere', group: 'Shapes', source: formula('shell(gyroid(period=1.1), thickness=0.32) & sphere(1)', undefined, 9000) },
   { id: 'rings', title: 'Two rings', note: 'Linked, with a soft seam', group: 'Shapes', source: formula('smooth_union(translate(torus(0.8, 0.22), x=-0.4), translate(rotate(torus(0.8, 0.22), angle=1.5708, ax=1, ay=0, az=0), x=0.4), k=0.04)', undefined, 4000) },
 

@@ -52,6 +52,8 @@ const LOOK = 900;
 let client: Client | null = null;
 let player: Player | null = null;
 let looked = 0;
+/** Scenes that are being opened. */
+let opens = 0;
 /** The note that the core is busy, to be taken away when it answers. */
 let busyNote = 0;
 
@@ -140,6 +142,7 @@ function roomy(): [Vec3, Vec3] {
 
 /** Opens another scene; on an error the present one stays. */
 export async function open(source: Source, name: string): Promise<boolean> {
+  opens++;
   try {
     const state = await withBar(`Opening ${name}`, options => ask('open', source, options), LONG);
     batch(() => {
@@ -153,13 +156,15 @@ export async function open(source: Source, name: string): Promise<boolean> {
       evenness.value = null;
     });
     forget();
-    poke();
     return true;
   } catch (error) {
     const { settings } = source;
     const boxed: Source = { ...source, settings: { ...settings, bounds: [[-2, -2, -2], [2, 2, 2]] } };
     complain(error, needsBox(error) && !settings?.bounds ? { label: 'Open it in a box', run: () => void open(boxed, name) } : undefined);
     return false;
+  } finally {
+    opens--;
+    poke();
   }
 }
 
@@ -237,6 +242,8 @@ function columns(): Column[] {
 }
 
 function show(next: Frame): void {
+  // A frame of a scene whose tree is not known yet.
+  if (opens > 0) return;
   if (!frame.peek()) requestAnimationFrame(() => performance.mark('first-discs'));
   hush(busyNote);
   batch(() => {

@@ -5,7 +5,7 @@ export function format(value: number, digits = 4): string {
   if (!Number.isFinite(value)) return '–';
   const rounded = Number(value.toPrecision(digits));
   const small = rounded !== 0 && Math.abs(rounded) < 1e-4;
-  return small || Math.abs(rounded) >= 1e7 ? rounded.toExponential() : String(rounded);
+  return small || Math.abs(rounded) >= 1e7 ? Number(value.toPrecision(2)).toExponential() : String(rounded);
 }
 
 interface NumberFieldProps {

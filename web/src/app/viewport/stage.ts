@@ -1,6 +1,6 @@
 /**
  * The picture: renderer, camera and what is drawn. Draws only when something has changed; a moment later, at rest, once more with
- * more pixels.
+ * what is left out while it moves.
  */
 import * as THREE from 'three';
 import type { Frame, MeshData, Vec3 } from '../../client/protocol.ts';
@@ -10,10 +10,10 @@ import { Discs } from './discs.ts';
 import { Eye, type Insets } from './eye.ts';
 import { SurfaceMesh } from './surface.ts';
 
-/** Milliseconds without a change after which the picture is refined. */
+/** Milliseconds without a change after which the picture is completed. */
 const REST = 220;
-/** Most pixels of a refined picture. */
-const MOST_PIXELS = 6e6;
+/** Most pixels of a picture. */
+const MOST_PIXELS = 8e6;
 
 /** Whether pixels are made by the processor: then they are counted. */
 function isSoftware(gl: WebGL2RenderingContext): boolean {
@@ -36,7 +36,6 @@ export class Stage {
   private size = { width: 1, height: 1 };
   private pending = 0;
   private rest = 0;
-  private refined = false;
   private moving = false;
   /** Whether the surface has no edge at the box, and whether it is cut open. */
   private closed = true;
@@ -86,10 +85,6 @@ export class Stage {
 
   private draw(refined: boolean): void {
     if (this.renderer.getContext().isContextLost()) return;
-    if (refined !== this.refined) {
-      this.refined = refined;
-      this.resizeBuffer();
-    }
     // While it moves, the far side is left out where pixels are dear; through gaps between discs it is seen otherwise.
     this.discs.uniforms.near_only.value = this.software && !refined && this.closed && !this.cutting;
     this.render();
@@ -121,9 +116,9 @@ export class Stage {
 
   private resizeBuffer(): void {
     const { width, height } = this.size;
-    const dpr = Math.min(devicePixelRatio, 2);
-    const still = Math.min(2 * dpr, 3, Math.sqrt(MOST_PIXELS / (width * height)));
-    this.renderer.setPixelRatio(this.refined ? Math.max(still, 1) : this.software ? 1 : dpr);
+    // Edges of discs are jagged unless there are more pixels than the screen has; the processor cannot afford them.
+    const most = Math.sqrt(MOST_PIXELS / (width * height));
+    this.renderer.setPixelRatio(this.software ? 1 : Math.max(1, Math.min(1.5 * devicePixelRatio, 2.5, most)));
     this.renderer.setSize(width, height, false);
   }
 
