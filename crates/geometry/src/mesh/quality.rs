@@ -22,6 +22,9 @@ impl FaceQuality {
     /// Of the triangle with the given corners.
     pub fn of([a, b, c]: [V3; 3]) -> Self {
         let sides = [sub(c, b), sub(a, c), sub(b, a)];
+        // Measured in the largest coordinate difference: squares of very small or large ones leave the range of numbers.
+        let unit = sides.as_flattened().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let sides = sides.map(|s| s.map(|v| v / unit));
         let length = sides.map(norm);
         let twice = norm(cross(sides[0], sides[1]));
         let longest = length.iter().fold(0.0, |m: f64, &l| m.max(l));
@@ -30,8 +33,7 @@ impl FaceQuality {
         }
         let half = 0.5 * (length[0] + length[1] + length[2]);
         let inscribed = 0.5 * twice / half;
-        // Divided step by step: the product of three lengths leaves the range of numbers before they do.
-        let circumscribed = 0.5 * length[0] * (length[1] / twice) * length[2];
+        let circumscribed = 0.5 * length[0] * length[1] * length[2] / twice;
         let angle = |k: usize| libm::atan2(twice, -dot(sides[(k + 1) % 3], sides[(k + 2) % 3]));
         let angles = [angle(0), angle(1), angle(2)];
         Self {
