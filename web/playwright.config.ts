@@ -10,10 +10,11 @@ export default defineConfig({
   testMatch: ['page/**/*.spec.ts', 'widget/**/*.spec.ts'],
   outputDir: '../build/page-tests',
   workers: 1,
-  timeout: 120_000,
+  // On a machine that does other things, too.
+  timeout: 240_000,
   forbidOnly: true,
   reporter: [['line']],
-  expect: { timeout: 10_000, toHaveScreenshot: { maxDiffPixelRatio: 0.02 } },
+  expect: { timeout: 20_000, toHaveScreenshot: { maxDiffPixelRatio: 0.02 } },
   use: {
     baseURL: `http://127.0.0.1:${port}/`,
     viewport: { width: 1440, height: 900 },
@@ -35,6 +36,6 @@ export default defineConfig({
     command: `npx vite preview --port ${port} --strictPort`,
     url: `http://127.0.0.1:${port}/`,
     reuseExistingServer: false,
-    timeout: 30_000,
+    timeout: 120_000,
   },
 });

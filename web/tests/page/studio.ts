@@ -42,7 +42,7 @@ export async function floaters(page: Page): Promise<number> {
 
 /** Waits until there is a surface. */
 export async function surface(page: Page): Promise<void> {
-  await expect.poll(() => floaters(page), { timeout: 30_000 }).toBeGreaterThan(20);
+  await expect.poll(() => floaters(page), { timeout: 120_000 }).toBeGreaterThan(20);
   await rest(page);
 }
 
@@ -197,6 +197,6 @@ export async function openFormula(page: Page, formula: string): Promise<void> {
   const dialog = page.getByRole('dialog');
   await dialog.getByRole('textbox', { name: 'Formula' }).fill(formula);
   await dialog.getByRole('textbox', { name: 'Formula' }).press('Enter');
-  await expect(dialog).toBeHidden();
+  await expect(dialog).toBeHidden({ timeout: 60_000 });
   await surface(page);
 }

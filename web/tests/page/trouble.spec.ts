@@ -33,7 +33,7 @@ test.describe('the core', () => {
     const before = await saved(studio);
     for (const what of ['panic', 'memory'] as const) {
       await provoke(studio, what);
-      await expect(studio.locator('.toast.warn')).toContainText('started again', { timeout: 20_000 });
+      await expect(studio.locator('.toast.warn')).toContainText('started again', { timeout: 60_000 });
       await surface(studio);
       const after = await saved(studio);
       expect(after.model).toEqual(before.model);

@@ -76,7 +76,7 @@ export function connectTo(to: Client): void {
     onFrame: show,
     onError: error => {
       hands.value = [];
-      setPlaying(false);
+      if (error.kind === 'input' || error.kind === 'vanished') setPlaying(false);
       complain(error);
     },
     pace: () => new Promise(done => requestAnimationFrame(() => done())),
@@ -114,13 +114,14 @@ export function onSaved(keep: (scene: string) => void): void {
 export function failureOf(error: unknown): Failure {
   const { kind, message, position } = error as Partial<Failure>;
   const text = message ?? String(error);
-  return { kind: kind ?? 'stopped', message: text, ...(position === undefined ? {} : { position }) };
+  return { kind: kind ?? 'input', message: text, ...(position === undefined ? {} : { position }) };
 }
 
 /** Says what went wrong, with a way on. */
 export function complain(error: unknown, way?: { label: string; run: () => void }): void {
   const failure = failureOf(error);
-  if (failure.kind === 'cancelled') return;
+  // That the core has stopped is said once it is back.
+  if (failure.kind === 'cancelled' || failure.kind === 'stopped' || failure.kind === 'memory') return;
   const sentence = failure.message.charAt(0).toUpperCase() + failure.message.slice(1);
   const text = /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
   const undoable = failure.kind === 'vanished' && (scene.value?.undo ?? 0) > 0;
