@@ -77,8 +77,10 @@ class Parametric:
 
     Attributes
     ----------
+    coordinates : tuple of Field
+        x, y and z as functions of the plane.
     field : Field
-        Its three coordinates as functions of the plane.
+        The three in one.
     u, v : tuple of float
         Ranges of the parameters.
     periodic : tuple
@@ -87,15 +89,16 @@ class Parametric:
     """
 
     def __init__(
-        self, field: Field, u: tuple[float, float], v: tuple[float, float], periodic: tuple[Wrap, Wrap]
+        self, coordinates: list[Field], u: tuple[float, float], v: tuple[float, float], periodic: tuple[Wrap, Wrap]
     ) -> None:
-        self.field = field
+        self.coordinates = tuple(coordinates)
+        self.field = node("stack", *coordinates)
         self.u, self.v, self.periodic = u, v, periodic
 
     def point(self, uv: npt.ArrayLike) -> Floats:
         """Points x(u, v), (n, 3), for parameters (n, 2)."""
         places = as_floats("uv", uv, (None, 2))
-        return self.field.value(places)
+        return np.stack([c.value(places) for c in self.coordinates], axis=1)
 
     def sample(
         self, *, n: int | None = None, spacing: float | None = None, seed: int = 0, max_samples: int = 20_000_000
@@ -187,7 +190,7 @@ def parametric(
     if len(wraps) != 2 or any(w not in (True, False, "twisted") for w in wraps):
         raise ValueError(f'periodic: expected a pair of True, False or "twisted", given {periodic!r}')
     parts = [_coordinate(name, value, parameters) for name, value in (("x", x), ("y", y), ("z", z))]
-    return Parametric(node("stack", *parts), ranges[0], ranges[1], (wraps[0], wraps[1]))
+    return Parametric(parts, ranges[0], ranges[1], (wraps[0], wraps[1]))
 
 
 def _range(name: str, value: Any) -> tuple[float, float]:

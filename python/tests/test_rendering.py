@@ -38,7 +38,7 @@ def test_styles_cover_about_the_same():
 
 def test_planes_and_sections():
     pictures = [
-        iso.render(BALL, planes=((0, -1, 0), 0.0), section=section, **SMALL).array
+        iso.render(BALL, planes=((0, 1, 0), 0.0), section=section, **SMALL).array
         for section in ("flat", "hatched", "distance", "slice")
     ]
     for k, a in enumerate(pictures):
@@ -84,7 +84,8 @@ def test_a_turntable_has_its_frames(tmp_path):
 
     done = []
     iso.turntable(BALL, tmp_path / "turn.png", frames=3, progress=lambda k, n: done.append((k, n)), **SMALL)
-    assert Image.open(tmp_path / "turn.png").n_frames == 3
+    with Image.open(tmp_path / "turn.png") as turn:
+        assert turn.n_frames == 3
     assert done == [(1, 3), (2, 3), (3, 3)]
 
 

@@ -300,7 +300,7 @@ fn every_colouring_works_or_names_the_column_it_lacks() {
     render(&cloud, &options("height")).unwrap();
     render(&cloud, &options("uniform")).unwrap();
     assert!("shiny".parse::<Coloring>().unwrap_err().to_string().contains("`height` or `normal`"));
-    assert!("shiny".parse::<Style>().unwrap_err().to_string().contains("`discs` or `surface`"));
+    assert!("shiny".parse::<Style>().unwrap_err().to_string().contains("`points` or `surface`"));
 }
 
 #[test]

@@ -232,6 +232,9 @@ pub(super) fn side_colors(
     options: &PictureOptions,
 ) -> Result<(Vec<V3>, Vec<V3>), GeometryError> {
     let n = cloud.len();
+    if n == 0 {
+        return Ok((Vec::new(), Vec::new())); // no columns either: a picture of other things
+    }
     let srgb: Vec<[f64; 3]> = match options.coloring {
         Coloring::Uniform { front, back } => return Ok((vec![linear(front); n], vec![linear(back); n])),
         Coloring::Given => {
