@@ -117,7 +117,7 @@ fn a_copy_has_parameters_of_its_own_and_stands_beside() {
     assert!(paths(&s).contains(&"left".to_string()));
     s.apply(Command::Rename { path: "left".into(), name: String::new() }).unwrap();
     assert!(paths(&s).contains(&"translate_2".to_string()), "{:?}", paths(&s));
-    let refused = s.apply(Command::Rename { path: "sphere".into(), name: "a b".into() });
+    let refused = s.apply(Command::Rename { path: "sphere".into(), name: "a/b".into() });
     assert!(refused.is_err());
     // Where the operator above takes one operand only there is a union.
     let mut s = scene("twist(box(1, 1, 1), rate=0.5)");
