@@ -33,6 +33,8 @@ test.describe('the core', () => {
     const before = await saved(studio);
     for (const what of ['panic', 'memory'] as const) {
       await provoke(studio, what);
+      // What asks the core next finds out.
+      await studio.keyboard.press('.');
       await expect(studio.locator('.toast.warn')).toContainText('started again', { timeout: 60_000 });
       await surface(studio);
       const after = await saved(studio);
