@@ -11,7 +11,7 @@ export default defineConfig({
   outputDir: '../build/page-tests',
   workers: 1,
   // On a machine that does other things, too.
-  timeout: 240_000,
+  timeout: 120_000,
   forbidOnly: true,
   reporter: [['line']],
   expect: { timeout: 20_000, toHaveScreenshot: { maxDiffPixelRatio: 0.02 } },

@@ -74,8 +74,10 @@ test('picking, pinning, dragging: the surface follows the hand', async () => {
     player.drag([{ pin: change.pin!, to: [0, 0, 1 + k / 20] }]);
     await new Promise(resolve => setTimeout(resolve, 5));
   }
-  const arrived = () => frames.length > 0 && frames.at(-1)!.drag !== null && frames.at(-1)!.drag!.distance < 1e-6;
-  await expect.poll(arrived, { timeout: 20_000 }).toBe(true);
+  // The newest hand, not one before it.
+  const radius = async () => (await client.state()).parameters[0]!.value;
+  await expect.poll(radius, { timeout: 20_000 }).toBeCloseTo(2, 6);
+  await expect.poll(() => frames.at(-1)?.drag?.distance ?? 1).toBeLessThan(1e-6);
   expect(frames.at(-1)!.drag).toMatchObject({ ending: 'held', rank: 1, pins: 1 });
   await player.release();
   player.stop();

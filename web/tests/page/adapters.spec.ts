@@ -15,7 +15,7 @@ test('a mover is pulled along an axis; the quadric takes it on', async ({ studio
   await bar.getByRole('button', { name: 'Accept' }).click();
   await expect(bar).toBeHidden();
   await rest(studio);
-  expect((await look(studio)).box.top).toBeLessThan(before.box.top - 30);
+  expect((await look(studio)).box.top).toBeLessThan(before.box.top - 15);
   // Moved along z: what belongs to y stays.
   expect(Math.abs((await value(studio, 'quadric/q6')) - start.q6)).toBeLessThan(1e-5);
   expect(Math.abs((await value(studio, 'quadric/q2')) - start.q2)).toBeLessThan(1e-5);

@@ -1,7 +1,7 @@
 /** The scene is kept in the browser, a moment after each change. */
 import { effect } from '@preact/signals';
 import { onSaved, title } from './session.ts';
-import { type Shared, isShared } from './share.ts';
+import { type Shared, isLinkOf, isShared } from './share.ts';
 
 const DATABASE = 'isoswarm';
 const STORE = 'scenes';
@@ -52,8 +52,8 @@ export function startAutosave(): void {
   let text = '';
   onSaved(scene => {
     text = scene;
-    // A link in the address is of the scene as it was when it was shared.
-    if (isShared(location.hash)) history.replaceState(null, '', location.pathname + location.search);
+    // A link in the address goes when the scene is another one.
+    if (isShared(location.hash) && !isLinkOf(scene)) history.replaceState(null, '', location.pathname + location.search);
     void keep({ title: title.value, scene });
   });
   effect(() => {

@@ -42,6 +42,19 @@ export function isShared(hash: string): boolean {
   return /^#s\d*=/.test(hash);
 }
 
+/** Whether the link in the address is still of this scene, whatever its clock and floaters do. */
+export function isLinkOf(scene: string): boolean {
+  const known = (text: string): string => {
+    const { model, pins, settings } = JSON.parse(text) as Record<string, unknown>;
+    return JSON.stringify([model, pins, settings]);
+  };
+  try {
+    return known(decode(location.hash).scene) === known(scene);
+  } catch {
+    return false;
+  }
+}
+
 export async function copyLink(): Promise<void> {
   try {
     const { scene } = await ask('save', {});
