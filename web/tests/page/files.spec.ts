@@ -60,7 +60,10 @@ test('a link brings the whole scene into a fresh profile', async ({ studio, brow
   const wrong = watch(page);
   await page.goto(link);
   await surface(page);
-  expect((await saved(page)).model).toEqual(before.model);
+  // The pin holds the surface while time goes on: the last digits may move.
+  const rounded = (model: unknown) =>
+    JSON.parse(JSON.stringify(model), (_, v) => (typeof v === 'number' ? Number(v.toFixed(12)) + 0 : v));
+  expect(rounded((await saved(page)).model)).toEqual(rounded(before.model));
   await expect(page.locator('button.pin')).toHaveCount(1);
   expect(wrong).toEqual([]);
   await fresh.close();
