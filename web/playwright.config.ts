@@ -8,6 +8,8 @@ const chromium = process.env.CHROMIUM ?? '/usr/bin/chromium';
 export default defineConfig({
   testDir: 'tests',
   testMatch: ['page/**/*.spec.ts', 'widget/**/*.spec.ts'],
+  // No test: it draws pictures of the gallery's scenes anew.
+  testIgnore: process.env.THUMBNAILS ? [] : ['**/thumbnails.spec.ts'],
   outputDir: '../build/page-tests',
   workers: 1,
   // On a machine that does other things, too.

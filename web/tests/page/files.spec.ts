@@ -1,5 +1,5 @@
 /** Scenes come and go: autosave, files, drops, links, exports. */
-import { expect, exported, floaters, fromGallery, look, middle, needsMeshes, openFormula, pinAt, rest, saved, surface, test, value, watch } from './studio.ts';
+import { expect, exported, floaters, fromGallery, look, middle, openFormula, pinAt, rest, saved, surface, test, value, watch } from './studio.ts';
 
 test('a reload brings the scene back', async ({ studio }) => {
   await openFormula(studio, 'torus(1, 0.4)');
@@ -91,7 +91,6 @@ test('points and pictures leave the page', async ({ studio }) => {
 test('meshes leave the page in every format', async ({ studio }) => {
   await openFormula(studio, 'sphere(1)');
   await studio.getByRole('radio', { name: 'Mesh' }).click();
-  await needsMeshes(studio);
   const obj = (await exported(studio, /Mesh\s*OBJ/)).toString();
   const vertices = obj.split('\n').filter(l => l.startsWith('v '));
   const faces = obj.split('\n').filter(l => l.startsWith('f '));

@@ -143,16 +143,6 @@ export async function pull(page: Page, from: { x: number; y: number }, dx: numbe
   await rest(page);
 }
 
-/** Skips the rest of a test where the core has been built without its mesher. */
-export async function needsMeshes(page: Page): Promise<void> {
-  const none = page.getByText('Meshes are not in this build');
-  const missing = await none.waitFor({ timeout: 4000 }).then(
-    () => true,
-    () => false,
-  );
-  test.skip(missing, 'this build of the core has no mesher');
-}
-
 /** The value in a parameter's field. */
 export async function value(page: Page, path: string): Promise<number> {
   return Number(await page.locator(`[data-parameter="${path}"] input.field`).inputValue());

@@ -1,5 +1,5 @@
 /** What is seen: discs, points, mesh, colours, camera, section. */
-import { clip, expect, floaters, fromGallery, look, middle, needsMeshes, openFormula, rest, test } from './studio.ts';
+import { clip, expect, floaters, fromGallery, look, middle, openFormula, rest, test } from './studio.ts';
 
 test('the first scene is a lit surface of discs in the middle of the picture', async ({ studio }) => {
   const seen = await look(studio);
@@ -22,7 +22,6 @@ test('discs, points and mesh cover the same place', async ({ studio }) => {
   expect(points.covered).toBeLessThan(0.8 * discs.covered);
   expect(points.covered).toBeGreaterThan(0.02 * discs.covered);
   await studio.getByRole('radio', { name: 'Mesh' }).click();
-  await needsMeshes(studio);
   await expect(studio.getByRole('radio', { name: 'Wireframe' })).toBeVisible();
   await expect.poll(async () => (await look(studio)).covered, { timeout: 30_000 }).toBeGreaterThan(0.9 * discs.covered);
   const mesh = await look(studio);
@@ -101,7 +100,7 @@ test('the section plane opens a ball and shows its inside', async ({ studio }) =
 });
 
 test('every scene of the gallery shows a surface', async ({ studio }) => {
-  test.setTimeout(240_000);
+  test.setTimeout(480_000);
   await studio.keyboard.press('g');
   const titles = await studio.locator('.card strong').allTextContents();
   await studio.keyboard.press('Escape');

@@ -6,7 +6,6 @@ import { expect, fromGallery, test } from './studio.ts';
 const folder = fileURLToPath(new URL('../../src/app/gallery/', import.meta.url));
 
 test('thumbnails', async ({ studio }) => {
-  test.skip(!process.env.THUMBNAILS, 'only when they are to be drawn anew');
   test.setTimeout(600_000);
   await studio.setViewportSize({ width: 800, height: 600 });
   await studio.keyboard.press('g');
