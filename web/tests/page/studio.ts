@@ -173,12 +173,17 @@ export async function saved(page: Page): Promise<{ model: { nodes: { kind: strin
   return { ...JSON.parse(text), text };
 }
 
-/** Opens a scene of the gallery. */
+/** Opens a scene of the gallery, and waits until its surface rests. */
 export async function fromGallery(page: Page, title: string): Promise<void> {
+  await openFromGallery(page, title);
+  await surface(page);
+}
+
+/** Opens a scene of the gallery. */
+export async function openFromGallery(page: Page, title: string): Promise<void> {
   await page.keyboard.press('g');
   await page.getByRole('dialog').getByRole('button', { name: title, exact: false }).first().click();
   await expect(page.getByLabel('Name of the scene')).toHaveValue(title, { timeout: 60_000 });
-  await surface(page);
 }
 
 /** Types a formula in the gallery and opens it. */
