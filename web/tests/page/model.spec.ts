@@ -100,7 +100,7 @@ test('a slider, a number and a lock', async ({ studio }) => {
 
   await field.fill('-1');
   await field.press('Enter');
-  await expect(studio.getByRole('alert')).toContainText('At least 0');
+  await expect(studio.getByRole('alert')).toContainText('More than 0');
   await field.press('Escape');
   expect(await value(studio, 'ellipsoid/rz')).toBe(2.5);
 

@@ -31,7 +31,8 @@ export function NumberField({ label, value, bounds = [null, null], unit, step = 
   const commit = (next: number) => {
     const [lo, hi] = bounds;
     if (!Number.isFinite(next)) return setWrong('Please give a number.');
-    if (lo !== null && next < lo) return setWrong(`At least ${format(lo)}, please.`);
+    // The core says "above 0" by the smallest number there is.
+    if (lo !== null && next < lo) return setWrong(lo > 0 && lo < 1e-300 ? 'More than 0, please.' : `At least ${format(lo)}, please.`);
     if (hi !== null && next > hi) return setWrong(`At most ${format(hi)}, please.`);
     setWrong('');
     setText(null);
