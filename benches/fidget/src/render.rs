@@ -58,7 +58,7 @@ pub fn compare(name: &str, model: &Model, runs: usize) -> Value {
         ours = tiles.iter().map(Vec::len).sum();
     });
 
-    let text = vm::Vm::of(model).expect("operations that both know").to_text();
+    let text = vm::Program::of(model).expect("operations that both know").to_text();
     let (context, root) = Context::from_text(text.as_bytes()).expect("a .vm model");
     let shape = JitShape::new(&context, root).expect("the node is in the context");
     let column = |v: [f64; 3]| v.map(|v| (half * v) as f32);
