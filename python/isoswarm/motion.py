@@ -19,9 +19,9 @@ def surface_velocity(
 ) -> Floats:
     """Velocities of points on a moving surface that keep their normals, as if they were painted on it.
 
-    That F = 0 stays true fixes the part of a velocity across the surface only. This is the one along it that follows what
-    moves: translations and uniform scalings exactly, rotations with their `spin` (J. Stam and R. Schmidt, "On the
-    velocity of an implicit surface", 2011). For identity through time, and motion blur.
+    That F = 0 stays true fixes the part of a velocity across the surface only. This is the one along it that follows
+    what moves: translations and uniform scalings exactly, rotations with their `spin` (J. Stam and R. Schmidt, "On
+    the velocity of an implicit surface", 2011). For identity through time, and motion blur.
 
     Parameters
     ----------

@@ -16,12 +16,7 @@ struct Surface {
 }
 
 impl Surface {
-    fn measured(
-        &self,
-        n: usize,
-        seed: u64,
-        tolerance: f64,
-    ) -> Result<Measures, Box<dyn std::error::Error>> {
+    fn measured(&self, n: usize, seed: u64, tolerance: f64) -> Result<Measures, Box<dyn std::error::Error>> {
         let options = MeshOptions { resolution: Resolution::Count(n), seed, ..Default::default() };
         let meshed = mesh(&self.field, &self.bounds, options)?;
         let options = MeasureOptions {
@@ -42,7 +37,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/surfaces.json");
     let all: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(file)?)?;
     let wanted = arguments.first().map(String::as_str);
-    println!("relative: median error, largest, median bar; bars that hold of all seeds; median of bar over error");
+    println!(
+        "relative: median error, largest, median bar; bars that hold of all seeds; median of bar over error"
+    );
     for s in all.as_array().into_iter().flatten() {
         let name = s["name"].as_str().unwrap_or_default();
         let smooth = s["smooth"] == true && s["compact"] == true;
@@ -61,7 +58,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 truth[k] = if s[kind] == "exact" { truth[k] } else { values[k] };
             }
         }
-        let (mut off, mut bar, mut ratio, mut held) = ([vec![], vec![]], [vec![], vec![]], [vec![], vec![]], [0; 2]);
+        let (mut off, mut bar, mut ratio, mut held) =
+            ([vec![], vec![]], [vec![], vec![]], [vec![], vec![]], [0; 2]);
         let (mut notes, mut reliable) = (0, 0);
         for seed in 0..seeds as u64 {
             let m = surface.measured(n, seed, MeasureOptions::default().tolerance)?;

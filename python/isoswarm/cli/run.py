@@ -44,9 +44,7 @@ def run_command(
     ] = None,
     every: Annotated[int, typer.Option("--every", min=1, help="Steps from one picture to the next.")] = EVERY,
     rate: Annotated[float, typer.Option("--rate", min=0.1, max=1000, help="Pictures a second.")] = 20.0,
-    style: Annotated[
-        str, typer.Option("--style", help="discs, or surface: by ray casting.")
-    ] = "discs",
+    style: Annotated[str, typer.Option("--style", help="discs, or surface: by ray casting.")] = "discs",
     size: Annotated[str, typer.Option("--size", help="Width x height in pixels.")] = "640x480",
     azimuth: Annotated[float, typer.Option("--azimuth", help="Direction of view, in degrees.")] = 35.0,
     elevation: Annotated[float, typer.Option("--elevation", help="Direction of view, in degrees.")] = 25.0,

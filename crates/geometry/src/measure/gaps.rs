@@ -63,8 +63,7 @@ fn holes(mesh: &Mesh, bounds: Option<&Aabb>) -> Vec<f64> {
         .flat_map(|f| [0, 1, 2].map(|k| [f[k].min(f[(k + 1) % 3]), f[k].max(f[(k + 1) % 3])]))
         .collect();
     sides.sort_unstable();
-    let open: Vec<[u32; 2]> =
-        sides.chunk_by(|a, b| a == b).filter(|c| c.len() == 1).map(|c| c[0]).collect();
+    let open: Vec<[u32; 2]> = sides.chunk_by(|a, b| a == b).filter(|c| c.len() == 1).map(|c| c[0]).collect();
     let near = bounds.map_or(0.0, |b| ON_FACE * b.diagonal());
     let on_face = |e: &[u32; 2]| {
         bounds.is_some_and(|b| {

@@ -149,7 +149,8 @@ pub fn draw_told(
     let tiles = subject.solids.len() * solid::Draw::tiles(options);
     let stage = Stage::new(told, CAST.0, CAST.1, tiles);
     for ((solid, caster), radius) in subject.solids.iter().zip(&casters).zip(&surfels.mean) {
-        let draw = solid::Draw { solid, caster, scene: &scene, camera: &camera, options, stop, stage: &stage };
+        let draw =
+            solid::Draw { solid, caster, scene: &scene, camera: &camera, options, stop, stage: &stage };
         buffers.push(draw.buffer(*radius)?);
     }
     for (look, radius) in subject.meshes.iter().zip(&surfels.mean[subject.solids.len()..]) {
@@ -172,7 +173,8 @@ pub fn draw_told(
     }
     let studio = shade::Studio::new(&camera, ground.as_ref(), scene.up, options);
     let strips = Stage::new(told, RASTER.0, RASTER.1, (options.height as usize).div_ceil(raster::TILE));
-    let rgba = raster::Raster::new(&scene, &camera, &light, &studio, &buffers, options).draw(stop, &strips)?;
+    let rgba =
+        raster::Raster::new(&scene, &camera, &light, &studio, &buffers, options).draw(stop, &strips)?;
     Ok(Drawn {
         picture: Picture { width: options.width, height: options.height, rgba },
         empty: scene.len() == 0,

@@ -101,7 +101,8 @@ impl Shadows<'_> {
             let turn = |place: usize| {
                 let (x, y) = (place % samples.width, place / samples.width);
                 let first = 2 * (y % side * side + x % side);
-                let asked = |m: usize| if 2 * side * side < all { m * all / (2 * side * side) } else { m % all };
+                let asked =
+                    |m: usize| if 2 * side * side < all { m * all / (2 * side * side) } else { m % all };
                 asked(first) == k || asked(first + 1) == k
             };
             self.ask(buffer, &samples, *direction, &mut tally, |place, _| turn(place))?;
@@ -159,8 +160,10 @@ impl Shadows<'_> {
         direction: [f64; 3],
         asked: &[(u16, u32)],
     ) -> Result<Vec<(u32, bool)>, GeometryError> {
-        let mut open: Vec<bool> =
-            asked.iter().map(|(_, f)| vector::dot(buffer.fragments[*f as usize].normal, toward) > 0.0).collect();
+        let mut open: Vec<bool> = asked
+            .iter()
+            .map(|(_, f)| vector::dot(buffer.fragments[*f as usize].normal, toward) > 0.0)
+            .collect();
         let nothing = Ray { origin: [0.0; 3], direction: [0.0; 3], near: 0.0, far: -1.0, face: None };
         let options = CastOptions { layers: 1, cap_box: false, cap_planes: false, slices: false };
         for (solid, caster) in self.solids.iter().zip(self.casters) {

@@ -1,7 +1,7 @@
 //! The crossings in a small cell. It is cut, down to single rays and parts of them, until F rises or falls along all rays of each part,
 //! so that each ray has one crossing at most there: then the signs of F at the ends tell.
 
-use isoswarm_field::{CompiledPiece, Interval, Piece, Ranges};
+use isoswarm_field::{CompiledPiece, Interval, Piece, Pieces, Ranges};
 
 use super::Hit;
 use super::bundle::{LEVELS, SIDE};
@@ -10,6 +10,12 @@ use super::walk::{Cell, Walk};
 
 /// Parts of rays are not cut below this, relative to t: two crossings nearer to each other may be missed.
 const SHORT: f64 = 1e-8;
+
+/// Cells with parts of no more rays than this that may touch the surface are searched ray by ray.
+const FEW: usize = 16;
+
+/// Pieces into which such a part is cut at a time.
+const CUTS: usize = 8;
 
 /// Room for rounding in a value, in parts of the largest that F has in a cell.
 const ROOM: f64 = 1e-12;
@@ -28,6 +34,10 @@ struct Span {
     to: f64,
     /// dF/dt in the middle of its range; NaN where nothing is known of it.
     rate: f64,
+}
+
+fn point(v: f64) -> Interval {
+    Interval::new(v, v)
 }
 
 /// A small cell being searched.
@@ -51,19 +61,41 @@ impl Search {
         let (x, y) = (ray % SIDE - self.corner % SIDE, ray / SIDE - self.corner / SIDE);
         1 << (8 * y + x)
     }
+
+    /// F at all `points`.
+    fn evaluate(&mut self, pieces: &Pieces) {
+        self.value.resize(self.points.len(), 0.0);
+        pieces.value(&self.ready, &self.points, &mut self.value);
+    }
 }
 
-/// Whether a function surely has no zero between two values of the same sign, `length` apart, with this range of slopes; `room` is
-/// for rounding.
-fn stays_off(a: f64, b: f64, slope: Interval, length: f64, room: f64) -> bool {
-    if (a < 0.0) != (b < 0.0) {
-        return false;
+/// A part of one ray, with the values of F at its ends and the range of its slope between them.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    ray: usize,
+    from: f64,
+    to: f64,
+    ends: [f64; 2],
+    rate: Interval,
+}
+
+impl Part {
+    /// Whether F surely has no zero in the part; `room` is for rounding.
+    fn stays_off(&self, room: f64) -> bool {
+        let [a, b] = self.ends;
+        if (a < 0.0) != (b < 0.0) {
+            return false;
+        }
+        // Downwards from a as fast as may be and up to b again: upside down for negative values.
+        let (lo, hi) = if a < 0.0 { (-self.rate.hi, -self.rate.lo) } else { (self.rate.lo, self.rate.hi) };
+        let (a, b) = (a.abs(), b.abs());
+        let least = if lo >= 0.0 || hi <= 0.0 {
+            a.min(b)
+        } else {
+            (hi * a - lo * b + lo * hi * (self.to - self.from)) / (hi - lo)
+        };
+        least > room
     }
-    // Downwards from a as fast as may be and up to b again: upside down for negative values.
-    let (lo, hi) = if a < 0.0 { (-slope.hi, -slope.lo) } else { (slope.lo, slope.hi) };
-    let (a, b) = (a.abs(), b.abs());
-    let least = if lo >= 0.0 || hi <= 0.0 { a.min(b) } else { (hi * a - lo * b + lo * hi * length) / (hi - lo) };
-    least > room
 }
 
 impl Walk<'_> {
@@ -87,7 +119,16 @@ impl Walk<'_> {
             self.collect(search, cell, if single { 0.5 * (rate.lo + rate.hi) } else { f64::NAN }, rays);
             return;
         }
-        let rays = if piece.jumps() { rays } else { self.near(search, cell, ranges, rate, rays) };
+        let rays = if piece.jumps() {
+            rays
+        } else {
+            let room = ROOM * ranges.value.magnitude();
+            let (near, left) = self.near(search, cell, rate, room, rays);
+            if near.len() <= FEW {
+                return self.by_rays(search, piece, near, room);
+            }
+            left
+        };
         search.cuts += 1;
         let mut cells = self.parts(cell, true);
         cells.retain(|c| c.square.rays().any(|i| rays.0 & search.bit(i) != 0));
@@ -105,40 +146,101 @@ impl Walk<'_> {
         }
     }
 
-    /// The rays whose values at the cell's ends, with the range of their slopes, do not prove that they stay off the surface.
-    fn near(&mut self, search: &mut Search, cell: Cell, ranges: &Ranges, rate: Interval, rays: Rays) -> Rays {
-        let part = |ray: usize| {
+    /// The parts of these rays in the cell whose values at the ends do not prove that they stay off the surface, and their rays.
+    fn near(
+        &mut self,
+        search: &mut Search,
+        cell: Cell,
+        rate: Interval,
+        room: f64,
+        rays: Rays,
+    ) -> (Vec<Part>, Rays) {
+        let mut parts: Vec<Part> = Vec::new();
+        for ray in cell.square.rays().filter(|&i| rays.0 & search.bit(i) != 0 && self.is_open(i)) {
             let r = &self.bundle.rays[ray];
-            (cell.from.max(r.near), cell.to.min(r.far))
-        };
-        let open: Vec<usize> = cell
-            .square
-            .rays()
-            .filter(|&i| rays.0 & search.bit(i) != 0 && self.is_open(i) && part(i).0 < part(i).1)
-            .collect();
-        search.points.clear();
-        search.points.extend(open.iter().map(|&i| self.bundle.rays[i].at(part(i).0)));
-        search.points.extend(open.iter().map(|&i| self.bundle.rays[i].at(part(i).1)));
-        search.value.resize(search.points.len(), 0.0);
-        self.pieces.value(&search.ready, &search.points, &mut search.value);
-        let (first, last) = search.value.split_at(open.len());
-        let room = ROOM * ranges.value.magnitude();
-        let off: Vec<bool> = (0..open.len())
-            .map(|k| {
-                let (from, to) = part(open[k]);
-                stays_off(first[k], last[k], rate, to - from, room)
-            })
-            .collect();
-        let inside: Vec<bool> = first.iter().map(|v| *v < 0.0).collect();
-        let mut left = 0;
-        for (k, &i) in open.iter().enumerate() {
-            if !off[k] {
-                left |= search.bit(i);
-            } else if self.begins_in(i, cell) {
-                self.begin(i, inside[k]);
+            let (from, to) = (cell.from.max(r.near), cell.to.min(r.far));
+            if from < to {
+                parts.push(Part { ray, from, to, ends: [0.0; 2], rate });
             }
         }
-        Rays(left)
+        let n = parts.len();
+        let at = |p: &Part, t: f64| self.bundle.rays[p.ray].at(t);
+        search.points.clear();
+        search.points.extend(parts.iter().map(|p| at(p, p.from)));
+        search.points.extend(parts.iter().map(|p| at(p, p.to)));
+        search.evaluate(self.pieces);
+        for (k, p) in parts.iter_mut().enumerate() {
+            p.ends = [search.value[k], search.value[n + k]];
+        }
+        for p in &parts {
+            if self.begins_in(p.ray, cell) {
+                self.begin(p.ray, p.ends[0] < 0.0);
+            }
+        }
+        parts.retain(|p| !p.stays_off(room) && self.is_open(p.ray));
+        let left = parts.iter().fold(0, |all, p| all | search.bit(p.ray));
+        (parts, Rays(left))
+    }
+
+    /// Finds the crossings of a few rays, each cut by itself: first by values, then by ranges over what is left.
+    fn by_rays(&mut self, search: &mut Search, piece: &Piece, mut parts: Vec<Part>, room: f64) {
+        let mut spans: Vec<Span> = Vec::new();
+        while !parts.is_empty() {
+            let fine = self.cut_by_values(search, &parts, room);
+            parts.clear();
+            for some in fine.chunks(Pieces::MOST) {
+                search.cuts += 1;
+                let boxes: Vec<_> =
+                    some.iter().map(|p| self.bundle.rays[p.ray].swept(p.from, p.to)).collect();
+                for (p, ranges) in some.iter().zip(self.pieces.ranges(piece, &boxes, true)) {
+                    if !ranges.value.has_zero() {
+                        continue;
+                    }
+                    let along = |a: usize| point(self.bundle.rays[p.ray].direction[a]) * ranges.gradient[a];
+                    let rate = along(0) + along(1) + along(2);
+                    let short = p.to - p.from <= SHORT * p.to.abs().max(p.from.abs());
+                    if !rate.has_zero() || short || search.cuts >= MOST {
+                        let rate = if rate.has_zero() { f64::NAN } else { 0.5 * (rate.lo + rate.hi) };
+                        spans.push(Span { ray: p.ray, from: p.from, to: p.to, rate });
+                    } else {
+                        parts.push(Part { rate, ..*p });
+                    }
+                }
+            }
+        }
+        // Each ray's nearest first.
+        spans.sort_by(|a, b| a.ray.cmp(&b.ray).then(a.from.total_cmp(&b.from)));
+        search.spans.extend(spans);
+        if search.spans.len() >= TOGETHER {
+            self.settle(search);
+        }
+    }
+
+    /// The pieces of parts that may touch the surface, by values at their ends and the parts' slopes.
+    fn cut_by_values(&self, search: &mut Search, parts: &[Part], room: f64) -> Vec<Part> {
+        let at = |p: &Part, k: usize| p.from + (p.to - p.from) * (k as f64 / CUTS as f64);
+        search.points.clear();
+        for p in parts {
+            search.points.extend((1..CUTS).map(|k| self.bundle.rays[p.ray].at(at(p, k))));
+        }
+        search.evaluate(self.pieces);
+        let mut out = Vec::with_capacity(2 * parts.len());
+        for (p, values) in parts.iter().zip(search.value.chunks_exact(CUTS - 1)) {
+            let value = |k: usize| match k {
+                0 => p.ends[0],
+                CUTS => p.ends[1],
+                _ => values[k - 1],
+            };
+            let end = |k: usize| if k == CUTS { p.to } else { at(p, k) };
+            let fine = (0..CUTS).map(|k| Part {
+                from: end(k),
+                to: end(k + 1),
+                ends: [value(k), value(k + 1)],
+                ..*p
+            });
+            out.extend(fine.filter(|p| p.from < p.to && !p.stays_off(room)));
+        }
+        out
     }
 
     /// The parts of these open rays in a cell.
