@@ -238,6 +238,7 @@ fn thin_parts_throw_whole_shadows() {
         elevation: 1.4,
         azimuth: -std::f64::consts::FRAC_PI_2,
         shadow: 1.0,
+        cast_shadows: true,
         ambient_occlusion: 0.0,
         ..options()
     };

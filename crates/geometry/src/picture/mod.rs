@@ -182,12 +182,12 @@ pub fn draw_told(
     })
 }
 
-/// Whether shadows on solids are cast by rays. Not where something else throws shadows that rays do not meet, where light comes
+/// Whether shadows on solids are cast by rays, as is asked for. Not where something else throws shadows that rays do not meet, where light comes
 /// through, or where a ray is a walk through an opaque function: then the depth maps of the sky's light do.
 fn casts_shadows(subject: &Subject, casters: &[Caster], options: &PictureOptions) -> bool {
     let alone = subject.cloud.points.is_empty() && subject.meshes.is_empty();
     let opaque = subject.solids.iter().all(|s| s.opacity >= 1.0);
-    alone && opaque && options.shadow > 0.0 && casters.iter().all(Caster::is_certified)
+    options.cast_shadows && alone && opaque && options.shadow > 0.0 && casters.iter().all(Caster::is_certified)
 }
 
 /// The places of all fragments, where light arrives.
