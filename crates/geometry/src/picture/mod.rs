@@ -187,7 +187,11 @@ pub fn draw_told(
 fn casts_shadows(subject: &Subject, casters: &[Caster], options: &PictureOptions) -> bool {
     let alone = subject.cloud.points.is_empty() && subject.meshes.is_empty();
     let opaque = subject.solids.iter().all(|s| s.opacity >= 1.0);
-    options.cast_shadows && alone && opaque && options.shadow > 0.0 && casters.iter().all(Caster::is_certified)
+    options.cast_shadows
+        && alone
+        && opaque
+        && options.shadow > 0.0
+        && casters.iter().all(Caster::is_certified)
 }
 
 /// The places of all fragments, where light arrives.
