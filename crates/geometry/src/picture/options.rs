@@ -165,9 +165,6 @@ pub struct PictureOptions {
     pub ambient_occlusion: f64,
     /// How dark cast shadows are, 0 (none) to 1. Default 0.8.
     pub shadow: f64,
-    /// Whether shadows on solids are cast by rays where there are opaque solids only, instead of looked up in depth maps: thin parts
-    /// throw whole shadows, at the price of up to 16 rays a pixel. Default false.
-    pub cast_shadows: bool,
     /// Whether the points stand on a ground that shows their shadow (seen from above only). Default true.
     pub ground: bool,
     /// Samples a pixel and direction, 1 (no antialiasing) to 4. Default 3, which is nine samples a pixel.
@@ -193,7 +190,6 @@ impl Default for PictureOptions {
             outline: 0.14,
             ambient_occlusion: 1.0,
             shadow: 0.8,
-            cast_shadows: false,
             ground: true,
             supersampling: 3,
         }
