@@ -40,6 +40,7 @@ impl Samples {
                 status,
                 components: 0,
                 certified,
+                resolution: 0.0,
                 max_error: 0.0,
                 evenness: Evenness::default(),
                 spacing: 0.0,
@@ -120,6 +121,13 @@ pub(crate) fn finish(
         run.warnings
             .push("not certified: there may be small components that the random search did not meet".into());
     }
+    if seeds.rough() {
+        run.warnings.push(format!(
+            "the surface bends within the {:.3} of a box of the first search: components smaller than that may have been missed \
+             between others",
+            seeds.region.side
+        ));
+    }
     if singular > 0 {
         run.warnings.push(format!("{singular} samples rest where the gradient vanishes and have no normal"));
     }
@@ -142,6 +150,7 @@ pub(crate) fn finish(
             status,
             components,
             certified: seeds.certified,
+            resolution: seeds.region.side,
             max_error,
             evenness,
             spacing,
