@@ -20,6 +20,8 @@ use crate::vector::{self, add, distance};
 /// What the surface may be off, in square roots of the mean cell, from where the last projection starts. Newton's method
 /// squares it.
 const NEARLY: f64 = 1e-6;
+/// The same for the surface on which ways between components are looked for.
+const ROUGHLY: f64 = 1e-3;
 /// The same where curvatures are measured.
 const MEASURED: f64 = 1e-9;
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
@@ -112,7 +114,7 @@ pub(crate) fn finish(
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     let (component, components) = if seeds.too_coarse_for(swarm.len()) {
-        let sketch = surface.sketch(NEARLY * unit);
+        let sketch = surface.sketch(ROUGHLY * unit);
         divide(sketch.as_deref().unwrap_or(surface), run, &walls, &swarm, &first.lists, unit)?
     } else {
         in_order(&swarm.label)
