@@ -46,4 +46,4 @@ pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;
 pub use sample::sample;
 pub use swarm::same_sheet;
-pub use tangential::{Change, normal_keeping_velocity};
+pub use tangential::{Change, normal_keeping_velocity, surface_velocity};
