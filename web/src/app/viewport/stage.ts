@@ -107,6 +107,12 @@ export class Stage {
     this.request();
   }
 
+  /** Shows what lies around a point, from where the camera is. */
+  fitAround(centre: Vec3, radius: number): void {
+    this.eye.fit(new THREE.Sphere(new THREE.Vector3(...centre), radius));
+    this.request();
+  }
+
   resize(width: number, height: number, insets: Insets): void {
     this.size = { width: Math.max(1, width), height: Math.max(1, height) };
     this.resizeBuffer();
