@@ -146,6 +146,12 @@ export class Eye {
     this.controls.update();
   }
 
+  /** Where the eye is; with true: the direction towards it, which is the same everywhere. */
+  from(): [THREE.Vector3, boolean] {
+    if (!this.orthographic) return [this.camera.position, false];
+    return [this.camera.getWorldDirection(new THREE.Vector3()).negate(), true];
+  }
+
   /** CSS pixels; z is the depth, above 1 behind the camera. */
   toScreen(p: Vec3): [number, number, number] {
     const v = new THREE.Vector3(...p).project(this.camera);
