@@ -18,6 +18,7 @@
 mod border;
 mod build;
 mod circumsphere;
+mod coarse;
 mod connect;
 mod corners;
 mod crease;
@@ -32,6 +33,7 @@ mod report;
 mod sizes;
 mod smooth;
 mod stitch;
+mod subdivide;
 mod topology;
 mod valence;
 mod vertices;
