@@ -12,6 +12,7 @@ mod error;
 mod even;
 mod finish;
 pub mod floaters;
+mod front;
 mod kernel;
 pub mod metrics;
 mod neighbors;
