@@ -2,7 +2,7 @@
 
 use isoswarm_field::{Aabb, Field, FieldError, Surface, text};
 use isoswarm_geometry::{LiveMesh, Mesh, MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
-use isoswarm_particles::{Amount, Options, sample};
+use isoswarm_particles::{Amount, Density, Options, sample};
 use serde_json::Value;
 
 const SPHERE: &str = "x^2+y^2+z^2-1";
@@ -151,6 +151,23 @@ fn clipped_surfaces_end_on_the_bounds() {
     let made = mesh(&field("z - 0.1*x"), &Aabb::new([-1.0; 3], [1.0; 3]), with(200)).unwrap().mesh;
     for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         assert!(made.points.iter().any(|p| p[0] == x && p[1] == y && (p[2] - 0.1 * x).abs() < 1e-12));
+    }
+}
+
+#[test]
+fn a_step_of_the_density_leaves_no_sample_out() {
+    let f = field("x^2+y^2-z^2-0.25");
+    let step = |points: &[[f64; 3]], out: &mut [f64]| {
+        out.iter_mut().zip(points).for_each(|(d, p)| *d = if p[2] > 0.0 { 9.0 } else { 1.0 });
+        Ok(())
+    };
+    for (n, seed) in [(1500, 0), (1500, 1), (1500, 2), (1500, 3), (4000, 2)] {
+        let options = MeshOptions { density: Density::Function(&step), seed, ..with(n) };
+        let Meshed { mesh: made, report } = mesh(&f, &cube(1.0), options).unwrap();
+        assert!(report.is_sound() && report.topology.boundaries == 2, "{n} {seed}: {:?}", report.warnings);
+        assert_eq!(report.topology.total_euler(), 0, "{n} {seed}");
+        let up = made.points.iter().filter(|p| p[2] > 0.0).count();
+        assert!(up > 2 * (made.points.len() - up), "{n} {seed}: {up}");
     }
 }
 

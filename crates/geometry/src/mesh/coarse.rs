@@ -1,31 +1,38 @@
 //! Meshes made coarse to fine: few samples, stitched, and every triangle made four until there are as many as asked for.
 //!
 //! Few samples cost little to spread and to stitch, and what is done to their mesh (repair, valences, smoothing) costs little too. Its
-//! children inherit its topology and have no new vertices of other than six triangles; a few rounds of smoothing round off what is left of their
+//! children inherit its topology, and new vertices have six triangles; a few rounds of smoothing round off what is left of their
 //! parents' edges. That is right where the coarse mesh resolves the surface; where it does not, or does not show that it does,
 //! more samples are tried, and at last as many as there are to be vertices.
 
 use isoswarm_field::vector::{V3, cross, dot, norm, sub};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles as particles;
-use isoswarm_particles::{Amount, Error, Options, ProgressFn, Samples, Status};
+use isoswarm_particles::{Amount, Density, Error, Options, Progress, Samples, Search, Status};
+use rayon::prelude::*;
 
 use super::build::{Draft, Meshed, Resolution, finish, improve};
 use super::crease::Segments;
+use super::error;
+use super::sizes::{CELL, ErrorSizes, TURN as SHARP};
 use super::subdivide::subdivide;
 
-/// Fewest samples.
-const FEWEST: usize = 500;
+/// Fewest samples, and as many for each component.
+const FEWEST: f64 = 500.0;
+/// The same where a distance is asked for, which counts more than good triangles.
+const FEWEST_FOR_ERROR: f64 = 300.0;
 /// Most subdivisions.
 const LEVELS: u32 = 3;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
-const TURN: f64 = 0.6;
-/// Cosine between the normals at the ends of an edge, at least.
-const LEVEL: f64 = 0.8;
-/// The same between a triangle of the result and its corners' normals.
-const FLAT: f64 = 0.9;
+const TURN: f64 = 1.0;
+/// Cosine between a coarse triangle and the normals at its corners, at least.
+const LEVEL: f64 = 0.7;
+/// The same for the triangles of the result.
+const FLAT: f64 = 0.85;
 /// Rounds of smoothing after each subdivision.
 const ROUNDS: usize = 6;
+/// The same where a distance is asked for.
+const ROUNDS_FOR_ERROR: usize = 3;
 
 /// What [`mesh`] is asked for.
 pub(super) struct Wish {
@@ -37,27 +44,64 @@ pub(super) struct Wish {
     pub(super) most: usize,
 }
 
+fn env(name: &str, d: f64) -> f64 {
+    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(d)
+}
+
 /// A mesh from few samples; `None` where few do not resolve the surface.
 pub(super) fn mesh(
     surface: &dyn Surface,
     bounds: &Aabb,
     wish: &Wish,
-    progress: &mut ProgressFn<'_>,
+    progress: &mut dyn FnMut(&Progress) -> std::ops::ControlFlow<particles::Stop>,
 ) -> Result<Option<Meshed>, Error> {
-    let Resolution::Count(n) = wish.resolution else { return Ok(None) };
+    let stopped = std::cell::Cell::new(false);
+    let mut tell = |p: &Progress| {
+        let answer = progress(p);
+        stopped.set(stopped.get() || answer.is_break());
+        answer
+    };
+    let search = Search::new(surface, bounds, wish.seed, Some(&mut tell))?;
+    let Some(extent) = search.extent() else { return Ok(None) };
+    let (n, sizes) = match wish.resolution {
+        Resolution::Count(n) => (n as f64, None),
+        Resolution::Spacing(s) if s > 0.0 && s.is_finite() => {
+            let area = search.integral(|_, out| {
+                out.fill(1.0);
+                Ok(())
+            })?;
+            (area / (CELL * s * s), None)
+        }
+        Resolution::Error(e) if e > 0.0 && e.is_finite() => {
+            let sizes = ErrorSizes::new(e, &extent);
+            (search.integral(|points, out| sizes.known(surface, points, out))?, Some(sizes))
+        }
+        _ => return Ok(None),
+    };
+    if n > wish.most as f64 {
+        return Ok(None);
+    }
+    let density = |points: &[V3], out: &mut [f64]| match &sizes {
+        Some(sizes) => sizes.density(surface, points, out),
+        None => Ok(()),
+    };
+    let fewest = if sizes.is_some() { FEWEST_FOR_ERROR } else { env("FEWEST", FEWEST) };
+    let mut level = (0..=env("LEVELS", LEVELS as f64) as u32).rev().find(|l| n >= fewest * 4f64.powi(*l as i32)).unwrap_or(0);
     let mut evaluations = 0;
-    let mut level = LEVELS.min((n / FEWEST).checked_ilog(4).unwrap_or(0));
     while level > 0 {
-        let few = n.div_ceil(1 << (2 * level));
         let options = Options {
-            amount: Amount::Count(few),
+            amount: match wish.resolution {
+                Resolution::Spacing(s) => Amount::Spacing(s * 2f64.powi(level as i32)),
+                _ => Amount::Count((n / 4f64.powi(level as i32)).ceil() as usize),
+            },
+            density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
             creases: wish.creases,
-            seed: wish.seed,
             most: wish.most,
-            progress: Some(&mut *progress),
+            steps: std::env::var("STEPS").ok().and_then(|v| v.parse().ok()),
+            progress: Some(&mut tell),
             ..Options::default()
         };
-        let samples = match particles::sample(surface, bounds, options) {
+        let samples = match search.sample(options) {
             Err(Error::TooFew { .. }) => {
                 level -= 1;
                 continue;
@@ -66,15 +110,19 @@ pub(super) fn mesh(
         };
         evaluations += samples.report.evaluations;
         let Some(most) = turn(&samples) else { return Ok(None) };
+        if std::env::var("LOG").is_ok() { eprintln!("level {level} {} samples turn {most} {:?} {:?}", samples.points.len(), samples.report.status, samples.report.evenness); }
+        if stopped.get() {
+            return Ok(None);
+        }
         if most <= TURN
-            && let Some(mut made) = refine(surface, bounds, &samples, level, wish)?
+            && let Some(mut made) = refine(surface, bounds, samples, level, wish)?
         {
-            made.report.evaluations += evaluations - samples.report.evaluations;
+            made.report.evaluations = evaluations + made.report.evaluations;
             return Ok(Some(made));
         }
         // Each level halves the turn.
         level -= 1;
-        while level > 0 && 0.5 * most > TURN {
+        while level > 0 && 0.5 * most > 1.2 * TURN {
             level -= 1;
         }
     }
@@ -83,7 +131,7 @@ pub(super) fn mesh(
 
 /// Largest turn of the normal within the spacing; `None` where more samples of this kind are of no use.
 fn turn(samples: &Samples) -> Option<f64> {
-    if samples.points.is_empty() || samples.creases.is_some() || samples.report.status != Status::Converged {
+    if samples.points.is_empty() || samples.creases.is_some() {
         return None;
     }
     let one = |i: usize| 2.0 * samples.radii[i] * samples.curvatures[i][0].abs();
@@ -95,35 +143,62 @@ fn turn(samples: &Samples) -> Option<f64> {
 fn refine(
     surface: &dyn Surface,
     bounds: &Aabb,
-    samples: &Samples,
+    mut samples: Samples,
     level: u32,
     wish: &Wish,
 ) -> Result<Option<Meshed>, FieldError> {
+    let log = std::env::var("LOG").is_ok();
+    let begin = std::time::Instant::now();
+    let lap = |what: &str| if log { eprintln!("{what}: {:.1} ms", 1e3 * begin.elapsed().as_secs_f64()) };
     let Draft { mut triangles, mut vertices, mut held, mut report } =
-        Draft::stitch(surface, bounds, samples)?;
-    if !report.doubtful.is_empty() || !report.warnings.is_empty() {
+        Draft::stitch(surface, bounds, &samples)?;
+    lap("stitched");
+    if !report.doubtful.is_empty() || !report.warnings.is_empty() || report.filled > vertices.len() {
+        lap("open");
         return Ok(None);
     }
     let segments = Segments::default();
     improve(surface, wish.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    lap("improved");
     if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, LEVEL) {
+        lap("turned");
         return Ok(None);
     }
+    let error = match wish.resolution {
+        Resolution::Error(e) => Some(e),
+        _ => None,
+    };
+    let rounds = if error.is_some() { env("EROUNDS", ROUNDS_FOR_ERROR as f64) as usize } else { env("ROUNDS", ROUNDS as f64) as usize };
     for _ in 0..level {
-        let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { return Ok(None) };
+        let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { lap("far"); return Ok(None) };
+        lap("subdivided");
         triangles = finer;
         held.resize(vertices.len(), false);
-        improve(surface, ROUNDS, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+        improve(surface, rounds, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+        lap("improved");
+    }
+    if let Some(most) = error {
+        error::refine(surface, most, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+        lap("error");
     }
     if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, FLAT) {
+        lap("turned");
         return Ok(None);
     }
-    Ok(Some(finish(surface, samples, wish.intersections, true, vertices, triangles.faces, report)?))
+    let spacing = vertices.spacing.clone();
+    // How even the few samples were is of no concern any more.
+    samples.report.status = Status::Converged;
+    let out = finish(surface, &samples, wish.intersections, true, vertices, triangles.faces, report)?;
+    lap("finished");
+    // Finer features, which the few samples have not seen: as many samples as vertices see more of them.
+    let bends = |(k, s): (&[f64; 2], &f64)| k[0].abs() * s > SHARP;
+    let seen = error.is_some() || !out.mesh.curvatures.iter().zip(&spacing).any(bends);
+    Ok(seen.then_some(out))
 }
 
 /// Whether every triangle lies along the surface at its corners: the cosine between them is above `least`.
 fn faces_outwards(faces: &[[u32; 3]], points: &[V3], normals: &[V3], least: f64) -> bool {
-    faces.iter().all(|f| {
+    faces.par_iter().with_min_len(2048).all(|f| {
         let [a, b, c] = f.map(|v| points[v as usize]);
         let front = cross(sub(b, a), sub(c, a));
         let length = norm(front);

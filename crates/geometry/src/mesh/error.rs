@@ -15,6 +15,9 @@ const ROUNDS: usize = 8;
 const SMOOTHING: usize = 2;
 const SMOOTHED: usize = 5;
 
+/// One edge in so many that is split makes the others move.
+const FEW: usize = 20;
+
 /// |F|/|∇F| at the points: their distance from the surface, to first order.
 pub(super) fn distances(surface: &dyn Surface, points: &[V3]) -> Result<Vec<f64>, FieldError> {
     let (mut value, mut gradient) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
@@ -50,9 +53,12 @@ pub(super) fn refine(
         if wanted.is_empty() {
             return Ok(());
         }
+        let changed = wanted.len();
         split(surface, triangles, vertices, held, report, wanted)?;
         report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
-        for _ in 0..if round < SMOOTHED { SMOOTHING } else { 0 } {
+        // Where few edges are too far off the others stay.
+        let many = FEW * changed > triangles.faces.len();
+        for _ in 0..if round < SMOOTHED && many { SMOOTHING } else { 0 } {
             smooth(surface, triangles, vertices, held)?;
             report.evaluations += vertices.len() as u64;
             report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));

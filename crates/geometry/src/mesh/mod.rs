@@ -30,6 +30,7 @@ mod patch;
 mod quality;
 mod repair;
 mod report;
+mod sides;
 mod sizes;
 mod smooth;
 mod stitch;
