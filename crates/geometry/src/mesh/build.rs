@@ -1,9 +1,11 @@
 //! Meshes of surfaces: samples, stitched, repaired, smoothed, checked.
 
+use std::ops::ControlFlow;
+
 use isoswarm_field::vector::V3;
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles as particles;
-use isoswarm_particles::{Density, ProgressFn, Samples};
+use isoswarm_particles::{Density, Progress, ProgressFn, Samples};
 
 use super::connect::{NONE, Triangles};
 use super::crease::Segments;
@@ -106,19 +108,23 @@ pub fn mesh(
     let MeshOptions { resolution, rule, density, creases, smoothing, intersections, seed, most, progress } =
         options;
     in_space(surface)?;
-    let mut progress = progress;
+    let (mut progress, mut furthest) = (progress, 0.0f64);
+    let mut tell = |p: &Progress| {
+        // Of several runs the later ones do not begin anew.
+        furthest = furthest.max(p.fraction);
+        match &mut progress {
+            Some(f) => f(&Progress { fraction: furthest, ..*p }),
+            None => ControlFlow::Continue(()),
+        }
+    };
     if rule == Rule::Delaunay && smoothing > 0 && matches!(density, Density::Uniform) {
-        let mut tell = |p: &particles::Progress| match &mut progress {
-            Some(f) => f(p),
-            None => std::ops::ControlFlow::Continue(()),
-        };
         let wish = coarse::Wish { resolution, creases, smoothing, intersections, seed, most };
         if let Some(made) = coarse::mesh(surface, bounds, &wish, &mut tell)? {
             return Ok(made);
         }
     }
     let sizes::Sampled { samples, evaluations, warnings } =
-        sizes::sample(surface, bounds, resolution, density, creases, (seed, most), progress)?;
+        sizes::sample(surface, bounds, resolution, density, creases, (seed, most), Some(&mut tell))?;
     let settings = MeshOptions { resolution, rule, smoothing, intersections, ..MeshOptions::default() };
     let mut out = mesh_samples(surface, bounds, &samples, &settings)?;
     out.report.evaluations += evaluations;

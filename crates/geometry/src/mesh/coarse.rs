@@ -26,7 +26,7 @@ const LEVELS: u32 = 3;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
 const TURN: f64 = 1.0;
 /// Cosine between a coarse triangle and the normals at its corners, at least.
-const LEVEL: f64 = 0.7;
+const LEVEL: f64 = 0.75;
 /// The same for the triangles of the result.
 const FLAT: f64 = 0.85;
 /// Rounds of smoothing after each subdivision.
@@ -44,10 +44,6 @@ pub(super) struct Wish {
     pub(super) most: usize,
 }
 
-fn env(name: &str, d: f64) -> f64 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(d)
-}
-
 /// A mesh from few samples; `None` where few do not resolve the surface.
 pub(super) fn mesh(
     surface: &dyn Surface,
@@ -55,6 +51,9 @@ pub(super) fn mesh(
     wish: &Wish,
     progress: &mut dyn FnMut(&Progress) -> std::ops::ControlFlow<particles::Stop>,
 ) -> Result<Option<Meshed>, Error> {
+    if matches!(wish.resolution, Resolution::Count(n) if (n as f64) < FEWEST * part(1)) {
+        return Ok(None);
+    }
     let stopped = std::cell::Cell::new(false);
     let mut tell = |p: &Progress| {
         let answer = progress(p);
@@ -62,7 +61,7 @@ pub(super) fn mesh(
         answer
     };
     let search = Search::new(surface, bounds, wish.seed, Some(&mut tell))?;
-    let Some(extent) = search.extent() else { return Ok(None) };
+    let Some(extent) = search.extent().filter(|e| e.diagonal() > 0.0) else { return Ok(None) };
     let (n, sizes) = match wish.resolution {
         Resolution::Count(n) => (n as f64, None),
         Resolution::Spacing(s) if s > 0.0 && s.is_finite() => {
@@ -85,19 +84,19 @@ pub(super) fn mesh(
         Some(sizes) => sizes.density(surface, points, out),
         None => Ok(()),
     };
-    let fewest = if sizes.is_some() { FEWEST_FOR_ERROR } else { env("FEWEST", FEWEST) };
-    let mut level = (0..=env("LEVELS", LEVELS as f64) as u32).rev().find(|l| n >= fewest * 4f64.powi(*l as i32)).unwrap_or(0);
+    let fewest = if sizes.is_some() { FEWEST_FOR_ERROR } else { FEWEST };
+    let enough = |level: &u32| n >= fewest * part(*level);
+    let mut level = (0..=LEVELS).rev().find(enough).unwrap_or(0);
     let mut evaluations = 0;
     while level > 0 {
         let options = Options {
             amount: match wish.resolution {
-                Resolution::Spacing(s) => Amount::Spacing(s * 2f64.powi(level as i32)),
-                _ => Amount::Count((n / 4f64.powi(level as i32)).ceil() as usize),
+                Resolution::Spacing(s) => Amount::Spacing(s * part(level).sqrt()),
+                _ => Amount::Count((n / part(level)).ceil() as usize),
             },
             density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
             creases: wish.creases,
             most: wish.most,
-            steps: std::env::var("STEPS").ok().and_then(|v| v.parse().ok()),
             progress: Some(&mut tell),
             ..Options::default()
         };
@@ -108,18 +107,18 @@ pub(super) fn mesh(
             }
             other => other?,
         };
-        evaluations += samples.report.evaluations;
         let Some(most) = turn(&samples) else { return Ok(None) };
-        if std::env::var("LOG").is_ok() { eprintln!("level {level} {} samples turn {most} {:?} {:?}", samples.points.len(), samples.report.status, samples.report.evenness); }
         if stopped.get() {
             return Ok(None);
         }
+        let before = samples.report.evaluations;
         if most <= TURN
             && let Some(mut made) = refine(surface, bounds, samples, level, wish)?
         {
-            made.report.evaluations = evaluations + made.report.evaluations;
+            made.report.evaluations += evaluations;
             return Ok(Some(made));
         }
+        evaluations += before;
         // Each level halves the turn.
         level -= 1;
         while level > 0 && 0.5 * most > 1.2 * TURN {
@@ -127,6 +126,11 @@ pub(super) fn mesh(
         }
     }
     Ok(None)
+}
+
+/// How many vertices come from one sample.
+fn part(level: u32) -> f64 {
+    4f64.powi(level as i32)
 }
 
 /// Largest turn of the normal within the spacing; `None` where more samples of this kind are of no use.
@@ -147,53 +151,42 @@ fn refine(
     level: u32,
     wish: &Wish,
 ) -> Result<Option<Meshed>, FieldError> {
-    let log = std::env::var("LOG").is_ok();
-    let begin = std::time::Instant::now();
-    let lap = |what: &str| if log { eprintln!("{what}: {:.1} ms", 1e3 * begin.elapsed().as_secs_f64()) };
     let Draft { mut triangles, mut vertices, mut held, mut report } =
         Draft::stitch(surface, bounds, &samples)?;
-    lap("stitched");
-    if !report.doubtful.is_empty() || !report.warnings.is_empty() || report.filled > vertices.len() {
-        lap("open");
+    if !report.doubtful.is_empty() || !report.warnings.is_empty() {
         return Ok(None);
     }
     let segments = Segments::default();
     improve(surface, wish.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
-    lap("improved");
     if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, LEVEL) {
-        lap("turned");
         return Ok(None);
     }
     let error = match wish.resolution {
         Resolution::Error(e) => Some(e),
         _ => None,
     };
-    let rounds = if error.is_some() { env("EROUNDS", ROUNDS_FOR_ERROR as f64) as usize } else { env("ROUNDS", ROUNDS as f64) as usize };
+    let rounds = if error.is_some() { ROUNDS_FOR_ERROR } else { ROUNDS };
     for _ in 0..level {
-        let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { lap("far"); return Ok(None) };
-        lap("subdivided");
+        let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { return Ok(None) };
         triangles = finer;
         held.resize(vertices.len(), false);
         improve(surface, rounds, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
-        lap("improved");
     }
     if let Some(most) = error {
         error::refine(surface, most, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
-        lap("error");
     }
     if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, FLAT) {
-        lap("turned");
         return Ok(None);
     }
     let spacing = vertices.spacing.clone();
     // How even the few samples were is of no concern any more.
     samples.report.status = Status::Converged;
     let out = finish(surface, &samples, wish.intersections, true, vertices, triangles.faces, report)?;
-    lap("finished");
     // Finer features, which the few samples have not seen: as many samples as vertices see more of them.
     let bends = |(k, s): (&[f64; 2], &f64)| k[0].abs() * s > SHARP;
     let seen = error.is_some() || !out.mesh.curvatures.iter().zip(&spacing).any(bends);
-    Ok(seen.then_some(out))
+    let whole = out.report.is_sound() && out.report.topology.components() == samples.report.components;
+    Ok((seen && whole).then_some(out))
 }
 
 /// Whether every triangle lies along the surface at its corners: the cosine between them is above `least`.
