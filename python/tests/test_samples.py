@@ -2,6 +2,7 @@
 
 import csv
 import io
+import sys
 import json
 import struct
 import warnings
@@ -65,15 +66,20 @@ def test_trimesh(sphere: iso.Samples) -> None:
     np.testing.assert_array_equal(cloud.metadata["normals"], sphere.normals)
 
 
-@pytest.mark.parametrize("library", ["open3d", "pyvista"])
-def test_a_library_that_is_missing_is_named(sphere: iso.Samples, library: str) -> None:
-    try:
-        __import__(library)
-    except ImportError:
-        with pytest.raises(ImportError, match=f"pip install {library}"):
-            getattr(sphere, f"to_{library}")()
-    else:
-        assert getattr(sphere, f"to_{library}")() is not None
+def test_pyvista(sphere: iso.Samples) -> None:
+    cloud = sphere.to_pyvista()
+    np.testing.assert_array_equal(cloud.points, sphere.points)
+    for name in ("normals", "radii", "areas", "curvatures", "component"):
+        np.testing.assert_array_equal(cloud.point_data[name], getattr(sphere, name))
+
+
+@pytest.mark.parametrize("library", ["open3d", "pyvista", "trimesh"])
+def test_a_library_that_is_missing_is_named(
+    sphere: iso.Samples, library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(ImportError, match=f"pip install {library}"):
+        getattr(sphere, f"to_{library}")()
 
 
 def test_columns_are_read_only(sphere: iso.Samples) -> None:
