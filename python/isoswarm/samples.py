@@ -329,8 +329,10 @@ class Samples:
     def to_open3d(self) -> Any:
         """As an ``open3d.geometry.PointCloud`` with normals; needs open3d."""
         open3d = _library("open3d")
-        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(self.points))
-        cloud.normals = open3d.utility.Vector3dVector(self.normals)
+        # It takes arrays that may be written to only.
+        columns = [open3d.utility.Vector3dVector(column.copy()) for column in (self.points, self.normals)]
+        cloud = open3d.geometry.PointCloud(columns[0])
+        cloud.normals = columns[1]
         return cloud
 
     def to_pyvista(self) -> Any:

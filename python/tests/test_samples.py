@@ -2,11 +2,12 @@
 
 import csv
 import io
-import sys
 import json
 import struct
+import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import plyfile
@@ -73,10 +74,25 @@ def test_pyvista(sphere: iso.Samples) -> None:
         np.testing.assert_array_equal(cloud.point_data[name], getattr(sphere, name))
 
 
+def test_open3d(sphere: iso.Samples, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the library's place something as strict as it is: it wants C arrays of numbers that may be written to."""
+
+    def vectors(array: np.ndarray) -> np.ndarray:
+        assert array.flags.writeable
+        assert array.flags.c_contiguous
+        assert array.dtype == np.float64
+        return array
+
+    geometry = SimpleNamespace(PointCloud=lambda points: SimpleNamespace(points=points))
+    library = SimpleNamespace(utility=SimpleNamespace(Vector3dVector=vectors), geometry=geometry)
+    monkeypatch.setitem(sys.modules, "open3d", library)
+    cloud = sphere.to_open3d()
+    np.testing.assert_array_equal(cloud.points, sphere.points)
+    np.testing.assert_array_equal(cloud.normals, sphere.normals)
+
+
 @pytest.mark.parametrize("library", ["open3d", "pyvista", "trimesh"])
-def test_a_library_that_is_missing_is_named(
-    sphere: iso.Samples, library: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_library_that_is_missing_is_named(sphere: iso.Samples, library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(ImportError, match=f"pip install {library}"):
         getattr(sphere, f"to_{library}")()
