@@ -56,7 +56,7 @@ def test_the_distance_asked_for_is_kept():
 
 
 def test_density_and_clipping():
-    made = iso.mesh(iso.parse("x^2+y^2-z^2-0.25"), n=3000, bounds=1, density=lambda p: 1 + 8 * (p[:, 2] > 0))
+    made = iso.mesh(iso.parse("x^2+y^2-z^2-0.25"), n=1500, bounds=1, density=lambda p: 1 + 8 * (p[:, 2] > 0))
     assert made.report.sound
     assert made.report.boundaries == 2
     up = made.points[:, 2] > 0

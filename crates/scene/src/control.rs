@@ -88,7 +88,12 @@ impl Now {
     /// the parameters and pins move; then the floaters' repulsion, velocities (eq. 5, with the surface's motion taken at
     /// its end), radii, births and deaths.
     pub(crate) fn step(&mut self) -> Result<Option<ControlStep>, Error> {
+        let before = self.state.settings.follow.then(|| (self.state.field.clone(), self.state.field.q()));
         let report = self.move_surface()?;
+        if let Some((field, q)) = before {
+            let now = self.state.field.q();
+            self.swarm.follow(&field, &now.iter().zip(&q).map(|(b, a)| b - a).collect::<Vec<_>>())?;
+        }
         if report.is_some() {
             self.hand_over()?;
         }

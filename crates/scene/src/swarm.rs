@@ -160,6 +160,32 @@ impl Swarm {
         Ok(floaters.len() == self.floaters.len())
     }
 
+    /// Moves the floaters along with the surface F = 0, before the change of its parameters, as if painted on it; see
+    /// [`particles::surface_velocity`]. No farther along the surface than it moves anywhere: where it is nearly flat normals say little.
+    pub(crate) fn follow(&mut self, field: &Field, change: &[f64]) -> Result<(), Error> {
+        if field.axes() != 3 || change.iter().all(|c| *c == 0.0) {
+            return Ok(());
+        }
+        let points = &mut self.floaters.points;
+        let n = points.len();
+        let velocity = particles::surface_velocity(field, points, change, [0.0; 3])?;
+        let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
+        Surface::value_gradient(field, points, &mut f, &mut g)?;
+        let across = |v: &[f64; 3], g: &[f64; 3]| {
+            let n = unit(*g).unwrap_or_default();
+            let s = isoswarm_field::vector::dot(*v, n);
+            [0, 1, 2].map(|a| s * n[a])
+        };
+        let normal: Vec<[f64; 3]> = velocity.iter().zip(&g).map(|(v, g)| across(v, g)).collect();
+        let most = normal.iter().map(|v| norm(*v)).fold(0.0, f64::max);
+        for ((p, v), n) in points.iter_mut().zip(&velocity).zip(&normal) {
+            let along = sub(*v, *n);
+            let part = (most / norm(along).max(f64::MIN_POSITIVE)).min(1.0);
+            *p = [0, 1, 2].map(|a| p[a] + n[a] + part * along[a]);
+        }
+        Ok(())
+    }
+
     /// One step on the surface as it is now. While it is `moving`, floaters are led by a sketch of the field where there is one. False
     /// where no floater is left on it.
     pub(crate) fn step(

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::kernel::gauss_single;
 use crate::neighbors::{Neighbors, Reach};
 use crate::repulsion::fold;
-use crate::swarm::same_sheet;
+use crate::swarm::{doubt, share};
 use crate::vector::{V3, dot, sub};
 
 /// Energies are cut off at this many σ: exp(-8) of their peak.
@@ -47,15 +47,17 @@ impl std::fmt::Debug for Kept {
 
 impl Kept {
     fn new(points: &[V3], normals: &[V3], sigma: &[f64]) -> Self {
-        let keep = |i: usize, j: usize| same_sheet(points[i], points[j], normals[i], normals[j]);
+        let mark = |i: usize, j: usize| {
+            doubt(points[i], points[j], normals[i], normals[j]).map(|d| if d { Neighbors::MARK } else { 0 })
+        };
         let largest = sigma.iter().fold(0.0f64, |a, &b| a.max(b));
         let mean = sigma.iter().sum::<f64>() / sigma.len().max(1) as f64;
         let (reach, lists) = if largest <= ALIKE * mean {
             let reach = SKIN * CUTOFF * largest;
-            (vec![reach], Neighbors::find(points, Reach::Same(reach), keep))
+            (vec![reach], Neighbors::find_marked(points, Reach::Same(reach), mark))
         } else {
             let reach: Vec<f64> = sigma.iter().map(|s| SKIN * CUTOFF * s).collect();
-            let lists = Neighbors::find(points, Reach::Each(&reach), keep);
+            let lists = Neighbors::find_marked(points, Reach::Each(&reach), mark);
             (reach, lists)
         };
         Self { lists: Arc::new(lists), points: points.to_vec(), reach }
@@ -76,8 +78,8 @@ impl Kept {
     }
 }
 
-/// Forces on all floaters. The sums exclude the floater itself and those on other sheets of the surface. `kept` holds the lists from
-/// step to step; it must be emptied when floaters come or go.
+/// Forces on all floaters. The sums exclude the floater itself, and others as far as they lie on other sheets of the surface (see
+/// [`share`]). `kept` holds the lists from step to step; it must be emptied when floaters come or go, or a normal turns suddenly.
 pub(super) fn forces(
     points: &[V3],
     normals: &[V3],
@@ -93,7 +95,16 @@ pub(super) fn forces(
     let mut force = vec![Force::default(); points.len()];
     let arch = Arch::new();
     force.par_chunks_mut(CHUNK).enumerate().for_each(|(c, force)| {
-        arch.dispatch(Sums { first: c * CHUNK, force, points, sigma, inverse: &inverse, alpha, lists });
+        arch.dispatch(Sums {
+            first: c * CHUNK,
+            force,
+            points,
+            normals,
+            sigma,
+            inverse: &inverse,
+            alpha,
+            lists,
+        });
     });
     force
 }
@@ -111,6 +122,7 @@ struct Sums<'a> {
     first: usize,
     force: &'a mut [Force],
     points: &'a [V3],
+    normals: &'a [V3],
     sigma: &'a [f64],
     /// 1/σ²
     inverse: &'a [f64],
@@ -123,7 +135,7 @@ impl pulp::NullaryFnOnce for Sums<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { first, force, points, sigma, inverse, alpha, lists } = self;
+        let Self { first, force, points, normals, sigma, inverse, alpha, lists } = self;
         for (k, force) in force.iter_mut().enumerate() {
             let i = first + k;
             let (p, own) = (points[i], sigma[i]);
@@ -133,16 +145,25 @@ impl pulp::NullaryFnOnce for Sums<'_> {
                 // Lanes without a neighbour are out of reach.
                 let mut r = [[1e3f32; LANES], [0.0; LANES], [0.0; LANES]];
                 let mut ratio = [1.0f32; LANES];
-                for (l, &j) in some.iter().enumerate() {
-                    let (q, j) = (points[j as usize], j as usize);
+                let (mut part, mut marks) = ([1.0f32; LANES], 0);
+                for (l, &entry) in some.iter().enumerate() {
+                    let j = (entry & !Neighbors::MARK) as usize;
+                    let q = points[j];
+                    marks |= entry;
                     r[0][l] = ((p[0] - q[0]) * unit) as f32;
                     r[1][l] = ((p[1] - q[1]) * unit) as f32;
                     r[2][l] = ((p[2] - q[2]) * unit) as f32;
                     ratio[l] = (square * inverse[j]) as f32;
                 }
+                if marks & Neighbors::MARK != 0 {
+                    for (l, &entry) in some.iter().enumerate().filter(|e| e.1 & Neighbors::MARK != 0) {
+                        let j = (entry & !Neighbors::MARK) as usize;
+                        part[l] = share(p, points[j], normals[i], normals[j]) as f32;
+                    }
+                }
                 for l in 0..LANES {
                     let u = 0.5 * (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
-                    let (ij, ji) = (faded(u), faded(u * ratio[l]));
+                    let (ij, ji) = (part[l] * faded(u), part[l] * faded(u * ratio[l]));
                     // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
                     let push = ij + ji * ratio[l];
                     sum[0][l] += push * r[0][l];

@@ -15,7 +15,7 @@ use crate::Error;
 use crate::constraint::{CHUNK, Target, Walls, evaluate, floater_velocity, project};
 use crate::neighbors::Grid;
 use crate::rng::{Rng, Stream};
-use crate::vector::{V3, add, along, norm, scale, sub, unit};
+use crate::vector::{V3, add, along, dot, norm, scale, sub, unit};
 use forces::{Force, Kept, forces};
 
 /// The constants of WH94 section 5; lengths in model units.
@@ -101,6 +101,10 @@ pub struct Floaters {
     pub off: f64,
     next_id: u64,
     steps: u64,
+    /// Normals at the beginning of the last step.
+    facing: Vec<[f64; 3]>,
+    /// Steps for which each still counts as one on a crease.
+    crease: Vec<u8>,
     /// Who is near whom; made when needed.
     kept: Option<Kept>,
 }
@@ -119,6 +123,11 @@ impl PartialEq for Floaters {
 
 /// A step of more than this part of the radius is followed by Newton steps.
 const FAR_STEP: f64 = 0.1;
+
+/// A floater whose normal turns by more than this (its cosine) in a step of less than its radius lies on a crease,
+const SHARP: f64 = 0.5;
+/// and counts as one that does for so many steps.
+const CREASE_STEPS: u8 = 32;
 
 /// A floater after a step.
 struct Moved {
@@ -153,6 +162,8 @@ impl Floaters {
             off: 0.0,
             next_id: n as u64,
             steps: 0,
+            facing: vec![[0.0; 3]; n],
+            crease: vec![0; n],
             kept: None,
         }
     }
@@ -192,11 +203,11 @@ impl Floaters {
         let p = parameters;
         let (mut value, mut gradient) = (Vec::new(), Vec::new());
         evaluate(surface, evaluations, &self.points, &mut value, &mut gradient)?;
-        self.normals = gradient.par_iter().with_min_len(CHUNK).map(|&g| unit(g)).collect();
+        let sheets = self.turn(&gradient, p.dt);
         let least = 1e-9 * mean_length(&gradient);
 
         // Repulsion forces between floaters set their desired velocities P^i (eq. 9).
-        let force = forces(&self.points, &self.normals, &self.sigma, p.alpha, &mut self.kept);
+        let force = forces(&self.points, &sheets, &self.sigma, p.alpha, &mut self.kept);
 
         // Actual velocities, constrained by the surface and its motion (eq. 5); changes of the repulsion radii (eqs. 12, 10 and 13);
         // Euler's method for both.
@@ -248,6 +259,31 @@ impl Floaters {
             sigma = (sigma + p.dt * rate).max(0.5 * sigma).min(p.sigma_max);
         }
         Moved { point, velocity, sigma, off }
+    }
+
+    /// Takes the normals over, and gives those by which floaters tell who is on their sheet: none, which means all sheets, for those
+    /// that lie on a crease.
+    ///
+    /// What pushes a floater on a face towards a sharp edge pushes it over, onto the other face, where the others push it back: it
+    /// stays at the edge, and its normal is now that of the one face, now that of the other. If it counted for one face at
+    /// a time, the energies of all around it would change from step to step, and births and deaths would never cease.
+    fn turn(&mut self, gradient: &[V3], dt: f64) -> Vec<V3> {
+        let mut came = false;
+        for (i, &g) in gradient.iter().enumerate() {
+            let (old, new) = (self.facing[i], unit(g));
+            let sharp = old != [0.0; 3]
+                && new != [0.0; 3]
+                && dot(old, new) < SHARP
+                && norm(self.velocity[i]) * dt < self.sigma[i];
+            came |= sharp && self.crease[i] == 0;
+            self.crease[i] = if sharp { CREASE_STEPS } else { self.crease[i].saturating_sub(1) };
+            (self.normals[i], self.facing[i]) = (new, new);
+        }
+        if came {
+            self.kept = None;
+        }
+        let on = |(n, left): (&V3, &u8)| if *left > 0 { [0.0; 3] } else { *n };
+        self.normals.iter().zip(&self.crease).map(on).collect()
     }
 
     /// Newton steps after Euler's. Where the feedback was a whole Newton step itself (φΔt = 1), only those that have moved so far
@@ -338,6 +374,8 @@ impl Floaters {
             } else {
                 next.push(self.points[i], self.normals[i], sigma, self.energy[i], self.id[i]);
                 *next.velocity.last_mut().expect("pushed above") = self.velocity[i];
+                *next.facing.last_mut().expect("pushed above") = self.facing[i];
+                *next.crease.last_mut().expect("pushed above") = self.crease[i];
             }
         }
         let mut points: Vec<V3> = children.iter().map(|&k| next.points[k]).collect();
@@ -416,6 +454,8 @@ impl Floaters {
         self.sigma.push(sigma);
         self.velocity.push([0.0; 3]);
         self.energy.push(energy);
+        self.facing.push([0.0; 3]);
+        self.crease.push(0);
         self.id.push(id);
     }
 }
