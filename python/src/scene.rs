@@ -205,6 +205,14 @@ impl Scene {
         self.lock()?.adapting().cloned().map(|r| transfer(py, r)).transpose()
     }
 
+    /// The path of the part under an adapter, and the kind of the adapter's node, while one is on.
+    fn adapter(&self) -> PyResult<Option<(String, String)>> {
+        let scene = self.lock()?;
+        let (Some(path), Some((node, _))) = (scene.adapted_path(), scene.adapter()) else { return Ok(None) };
+        let node = scene.field().model().node(node).map_err(errors::field)?;
+        Ok(Some((path.to_string(), node.kind().name.to_string())))
+    }
+
     /// The part under an adapter with its parameters as they follow it, while one is on.
     fn adapted(&self) -> PyResult<Option<Model>> {
         let scene = self.lock()?;
