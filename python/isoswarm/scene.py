@@ -369,6 +369,12 @@ class Scene(EditableScene):
         self._do("adapt", path=path, **adapter.request())
         return Adapting(self, path, adapter)
 
+    @property
+    def adapter(self) -> Adapting | None:
+        """The adapter that is on, as :meth:`adapt` gave it; also of a scene that was saved with it. None where none is on."""
+        found = self._inner.adapter()
+        return None if found is None else Adapting(self, *found)
+
     def flatten(self, path: str) -> Transfer:
         """Take an operator off its only operand, whose parameters take its effect on.
 

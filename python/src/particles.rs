@@ -162,6 +162,7 @@ fn report<'py>(py: Python<'py>, r: &Report) -> PyResult<Bound<'py, PyDict>> {
     )?;
     d.set_item("components", r.components)?;
     d.set_item("certified", r.certified)?;
+    d.set_item("resolution", r.resolution)?;
     d.set_item("max_error", r.max_error)?;
     d.set_item("evenness", evenness(py, &r.evenness)?)?;
     d.set_item("spacing", r.spacing)?;

@@ -106,8 +106,9 @@ impl Now {
         if self.state.settings.curvature > 0.0 {
             self.swarm.look_at_bends(&self.state.field, self.state.settings.curvature);
         }
+        let moving = report.as_ref().is_some_and(|r| r.q_change.iter().any(|v| *v != 0.0));
         let settings = &self.state.settings;
-        if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed)? {
+        if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed, moving)? {
             // The surface has jumped away from all of them, or it is gone.
             let settled = self.swarm.settled(&self.state.field, &self.state.bounds, settings)?;
             self.swarm = settled.ok_or_else(|| Error::Vanished { what: "this step".into() })?;
