@@ -2,7 +2,8 @@
 
 use isoswarm_field::{Aabb, Field, FieldError, Surface, text};
 use isoswarm_geometry::{LiveMesh, Mesh, MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
-use isoswarm_particles::{Amount, Options, sample};
+use isoswarm_particles::floaters::{Floaters, Parameters};
+use isoswarm_particles::{Amount, Density, Options, sample};
 use serde_json::Value;
 
 const SPHERE: &str = "x^2+y^2+z^2-1";
@@ -32,7 +33,7 @@ fn has(m: &Value, tag: &str) -> bool {
     m["tags"].as_array().unwrap().iter().any(|t| t == tag)
 }
 
-fn with(n: usize) -> MeshOptions<'static> {
+fn with<'a>(n: usize) -> MeshOptions<'a> {
     MeshOptions { resolution: Resolution::Count(n), ..MeshOptions::default() }
 }
 
@@ -151,6 +152,23 @@ fn clipped_surfaces_end_on_the_bounds() {
     let made = mesh(&field("z - 0.1*x"), &Aabb::new([-1.0; 3], [1.0; 3]), with(200)).unwrap().mesh;
     for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
         assert!(made.points.iter().any(|p| p[0] == x && p[1] == y && (p[2] - 0.1 * x).abs() < 1e-12));
+    }
+}
+
+#[test]
+fn a_step_of_the_density_leaves_no_sample_out() {
+    let f = field("x^2+y^2-z^2-0.25");
+    let step = |points: &[[f64; 3]], out: &mut [f64]| {
+        out.iter_mut().zip(points).for_each(|(d, p)| *d = if p[2] > 0.0 { 9.0 } else { 1.0 });
+        Ok(())
+    };
+    for (n, seed) in [(1500, 0), (1500, 1), (1500, 2), (1500, 3), (4000, 2)] {
+        let options = MeshOptions { density: Density::Function(&step), seed, ..with(n) };
+        let Meshed { mesh: made, report } = mesh(&f, &cube(1.0), options).unwrap();
+        assert!(report.is_sound() && report.topology.boundaries == 2, "{n} {seed}: {:?}", report.warnings);
+        assert_eq!(report.topology.total_euler(), 0, "{n} {seed}");
+        let up = made.points.iter().filter(|p| p[2] > 0.0).count();
+        assert!(up > 2 * (made.points.len() - up), "{n} {seed}: {up}");
     }
 }
 
@@ -384,4 +402,49 @@ fn a_live_mesh_follows() {
     let done = live.update(&other.points, &other.normals, &ids, other.report.spacing);
     assert!(done.stitched && done.open == 0);
     assert_eq!(live.mesh().topology().genus(), [1]);
+}
+
+/// Two blobs, so far to the left and right of the middle.
+fn two_blobs(apart: f64) -> Field {
+    field(&format!("0.5-exp(-((x-({apart}))^2+y^2+z^2)/0.5)-exp(-((x+({apart}))^2+y^2+z^2)/0.5)"))
+}
+
+#[test]
+fn a_live_mesh_follows_blobs_that_merge_and_part() {
+    let bounds = cube(2.5);
+    let spacing = 0.07;
+    let options = Options { amount: Amount::Spacing(spacing), ..Options::default() };
+    let s = sample(&two_blobs(1.0), &bounds, options).unwrap();
+    let parameters = Parameters::live(2.0, 0.5 * s.report.spacing);
+    let mut floaters = Floaters::new(&s.points, parameters.sigma_hat);
+    let mut live = LiveMesh::new(bounds);
+    let (mut evaluations, mut stitched, mut sums) = (0, 0, Vec::new());
+    let frames = 60;
+    for frame in 0..=2 * frames {
+        // From two blobs to one and back.
+        let way = 1.0 - f64::from(frames - i32::abs(frame - frames)) / f64::from(frames);
+        let surface = two_blobs(0.5 + 0.5 * way);
+        for k in 0..4 {
+            floaters
+                .step(&surface, &bounds, &[], &parameters, (5 * frame + k) as u64, &mut evaluations)
+                .unwrap();
+        }
+        let before = live.mesh().ids.clone();
+        let done = live.update(&floaters.points, &floaters.normals, &floaters.id, s.report.spacing);
+        stitched += usize::from(done.stitched);
+        let t = live.mesh().topology();
+        // Row by row the vertices are the floaters, whatever happened.
+        assert_eq!(live.mesh().ids, floaters.id);
+        assert!(frame == 0 || before.iter().filter(|id| floaters.id.contains(id)).count() * 2 > before.len());
+        sums.push((t.is_closed() && done.open == 0, t.total_euler(), t.components()));
+    }
+    // At both ends there is no doubt; while the neck forms or breaks it is thinner than the spacing, and what is open is told.
+    let whole = sums.iter().filter(|s| s.0).count();
+    assert_eq!(sums[0], (true, 4, 2));
+    assert_eq!(sums[frames as usize], (true, 2, 1));
+    assert_eq!(sums[2 * frames as usize], (true, 4, 2), "{sums:?}");
+    assert!(sums.iter().filter(|s| s.0).all(|s| (s.1, s.2) == (4, 2) || (s.1, s.2) == (2, 1)), "{sums:?}");
+    assert!(whole + 12 >= sums.len(), "{} of {} frames: {sums:?}", whole, sums.len());
+    // Most frames need no stitching.
+    assert!(2 * stitched < sums.len(), "{stitched} of {}", sums.len());
 }

@@ -4,6 +4,7 @@
 //! curve in which the face clips the surface.
 
 use isoswarm_field::{Aabb, FieldError, Surface};
+use rayon::prelude::*;
 
 use crate::vector::{V3, along, dot, norm, unit};
 
@@ -223,12 +224,20 @@ pub(crate) fn project_together(
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
     for round in 0..target.rounds {
         evaluate(surface, count, &trial, &mut value, &mut gradient)?;
+        // The arithmetic in tasks, the bookkeeping in order.
+        let after: Vec<(f64, Option<V3>)> = (0..active.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .map(|k| {
+                let off = value[k].abs() / norm(gradient[k]);
+                (off, walls.newton(trial[k], value[k], gradient[k], target.longest, target.least))
+            })
+            .collect();
         let mut still = Vec::with_capacity(active.len());
         let mut next = Vec::with_capacity(active.len());
         for (k, &i) in active.iter().enumerate() {
-            let (i, g) = (i as usize, gradient[k]);
-            let off = value[k].abs() / norm(g);
-            let step = walls.newton(trial[k], value[k], g, target.longest, target.least);
+            let i = i as usize;
+            let (off, step) = after[k];
             let stays = round + 1 < together;
             if step.is_none() && value[k] == 0.0 {
                 // On the surface, at a singular point.
@@ -245,7 +254,7 @@ pub(crate) fn project_together(
             let better = off < left[i];
             if better {
                 points[i] = trial[k];
-                normals[i] = unit(g);
+                normals[i] = unit(gradient[k]);
                 left[i] = off;
             }
             // A step that made it worse is tolerated while far away (the way may lead over a ridge), not when close.

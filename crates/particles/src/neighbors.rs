@@ -5,6 +5,7 @@
 //! so that one large particle does not make the cells of all small ones large.
 
 mod grid;
+mod occupied;
 
 use std::ops::Range;
 
@@ -12,6 +13,7 @@ use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 pub use grid::{Grid, spatial_order};
+pub(crate) use occupied::Occupied;
 
 use crate::vector::V3;
 

@@ -19,7 +19,7 @@ const BYTES: f64 = 300.0;
 /// Uniform points wanted from the seeding, enough for the coarsest level: so many, or a part of the samples where those
 /// are few.
 const SEEDS: usize = 4000;
-const FEWEST_SEEDS: usize = 1000;
+pub(crate) const FEWEST_SEEDS: usize = 1000;
 /// The same where there are creases.
 const MANY_SEEDS: usize = 16_000;
 
@@ -34,50 +34,65 @@ const MANY_SEEDS: usize = 16_000;
 /// and whatever the field reports.
 pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Result<Samples, Error> {
     check(surface, bounds, &options)?;
-    let Options { amount, method, density, creases, seed, start, most, steps, progress } = options;
-    let mut run = Run::new(seed, progress);
+    let mut options = options;
+    let mut run = Run::new(options.seed, options.progress.take());
     run.tell(Phase::Seeding, 0.0, 0);
-    let aim = match amount {
-        Amount::Count(n) if method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
+    let aim = match options.amount {
+        Amount::Count(n) if options.method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
         _ => SEEDS,
     };
-    let mut seeds = match look_for(surface, &mut run, bounds, aim)? {
-        Ok(seeds) => seeds,
-        Err(nothing) => return Ok(*nothing),
-    };
+    match look_for(surface, &mut run, bounds, aim)? {
+        Ok(seeds) => sample_from(surface, bounds, &mut run, &seeds, aim, options),
+        Err(nothing) => Ok(*nothing),
+    }
+}
+
+/// Samples a surface that has been found, by seeds of which so many were aimed at.
+pub(crate) fn sample_from(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    run: &mut Run<'_>,
+    seeds: &Seeds<'_>,
+    aim: usize,
+    options: Options<'_>,
+) -> Result<Samples, Error> {
+    let Options { amount, method, density, creases, start, most, steps, .. } = options;
     run.tell(Phase::Seeding, 0.05, seeds.points.len());
-    let n = population(&seeds, amount, most)?;
+    let n = population(seeds, amount, most)?;
     let edged = creases && method == Method::Even;
-    let creases = if edged { find_creases(surface, bounds, &seeds, amount, n, &mut run)? } else { None };
+    let creases = if edged { find_creases(surface, bounds, seeds, amount, n, run)? } else { None };
+    let more;
+    let mut seeds = seeds;
     if creases.is_some() && aim < n.min(MANY_SEEDS) {
         // Between creases every part of the surface needs seeds of its own.
-        seeds = match look_for(surface, &mut run, bounds, n.min(MANY_SEEDS))? {
+        more = match look_for(surface, run, bounds, n.min(MANY_SEEDS))? {
             Ok(seeds) => seeds,
             Err(nothing) => return Ok(*nothing),
         };
+        seeds = &more;
     }
     if method != Method::Random && n < seeds.components {
         return Err(Error::TooFew { n, components: seeds.components });
     }
     match method {
         Method::Even => {
-            let edges = creases.as_ref().map(|c| EdgeFloaters::new(c, &seeds));
+            let edges = creases.as_ref().map(|c| EdgeFloaters::new(c, seeds));
             let wish = Wish { amount, n, density, edges: edges.as_ref(), start, most_steps: steps };
-            let Spread { swarm, unit, unmet } = even::spread(&mut run, surface, &seeds, wish)?;
+            let Spread { swarm, unit, unmet } = even::spread(run, surface, seeds, wish)?;
             let status = unmet.map_or(Status::Converged, Status::NotConverged);
-            let mut samples = finish(&mut run, surface, &seeds, swarm, unit, status, creases)?;
+            let mut samples = finish(run, surface, seeds, swarm, unit, status, creases)?;
             verify(&mut samples, amount);
             Ok(samples)
         }
-        Method::Random => random::scatter(&mut run, surface, &seeds, n, density),
+        Method::Random => random::scatter(run, surface, seeds, n, density),
         Method::Adaptive | Method::Simple | Method::Fissioning => {
-            modes::run(&mut run, surface, &seeds, method, n, amount, steps.unwrap_or(modes::STEPS))
+            modes::run(run, surface, seeds, method, n, amount, steps.unwrap_or(modes::STEPS))
         }
     }
 }
 
 /// Looks for the surface; a result without samples where there is none or the search was stopped.
-fn look_for<'s>(
+pub(crate) fn look_for<'s>(
     surface: &'s dyn Surface,
     run: &mut Run<'_>,
     bounds: &Aabb,
@@ -174,7 +189,7 @@ fn verify(samples: &mut Samples, amount: Amount) {
     }
 }
 
-fn check(surface: &dyn Surface, bounds: &Aabb, options: &Options<'_>) -> Result<(), Error> {
+pub(crate) fn check(surface: &dyn Surface, bounds: &Aabb, options: &Options<'_>) -> Result<(), Error> {
     let fine = |a: usize| {
         bounds.lo[a].is_finite()
             && bounds.hi[a].is_finite()

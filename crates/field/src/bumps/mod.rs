@@ -4,7 +4,9 @@
 //! passes to find out which ones can be left out; here a grid of the bumps knows it, and one loop computes value and
 //! derivatives of each. The sum is recognised on the tape, so that it does not matter how a model was written.
 
+mod exact;
 mod near;
+mod recipe;
 mod recognise;
 mod search;
 mod single;
@@ -20,8 +22,8 @@ use single::Single;
 use crate::FieldError;
 use crate::math;
 use crate::surface::{Aabb, Cells, Surface};
-use crate::tape::Tape;
 pub(crate) use near::Near;
+pub(crate) use recipe::Recipe;
 pub(crate) use terms::Terms;
 
 /// factor · exp(level − Σ_axis weight (x_axis − centre)²)
@@ -91,11 +93,6 @@ fn extent(b: &Bump) -> f64 {
 }
 
 impl Sum {
-    /// The sum that the tape computes at these uniforms, if it is one.
-    pub(crate) fn of(tape: &Tape, uniforms: &[f64]) -> Option<Sum> {
-        recognise::recognise(tape, uniforms)
-    }
-
     /// What is left when tails are dropped that move the surface by about `error` (a length) at most.
     pub(crate) fn sketch(&self, error: f64) -> Option<Box<dyn Surface>> {
         Some(Single::or_double(self.shortened(error)?, error))

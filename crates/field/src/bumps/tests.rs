@@ -1,6 +1,6 @@
 //! The fast sum agrees with the tape, and its boxes hold the surface.
 
-use super::Sum;
+use super::{Recipe, Sum};
 use crate::{Aabb, Field, Surface, text};
 
 /// Deterministic numbers in [0, 1).
@@ -30,7 +30,7 @@ fn field(formula: &str) -> Field {
 }
 
 fn sum(field: &Field) -> Option<Sum> {
-    Sum::of(field.tape(0), field.uniforms(0))
+    Recipe::of(field.tape(0))?.sum(field.tape(0), field.uniforms(0))
 }
 
 fn cloud(count: usize, side: f64) -> Vec<[f64; 3]> {
@@ -46,7 +46,11 @@ fn difference(field: &Field, points: &[[f64; 3]]) -> f64 {
     sum.value_gradient(points, &mut v, &mut g).expect("arrays that fit");
     sum.hessian(points, &mut h).expect("arrays that fit");
     let (mut tv, mut tg, mut th) = (v.clone(), vec![0.0; 3 * n], vec![0.0; 9 * n]);
-    field.gradient(points.as_flattened(), &mut tv, &mut tg).expect("arrays that fit");
+    // With rates of parameters it is the tape that is evaluated.
+    let (still, mut rate) = (vec![0.0; field.free().len()], tv.clone());
+    field
+        .gradient_and_rate(points.as_flattened(), &still, &mut tv, &mut tg, &mut rate)
+        .expect("arrays that fit");
     Field::hessian(field, points.as_flattened(), &mut th).expect("arrays that fit");
     let mut most = 0f64;
     for i in 0..n {
@@ -59,6 +63,38 @@ fn difference(field: &Field, points: &[[f64; 3]]) -> f64 {
         }
     }
     most
+}
+
+#[test]
+fn values_of_many_bumps_do_not_depend_on_the_points_beside_them() {
+    let field = atoms(300, 12.0);
+    let mut points = cloud(700, 16.0);
+    points.extend([[f64::NAN, 0.0, 0.0], [1e300; 3], [f64::INFINITY, 0.0, 0.0]]);
+    let n = points.len();
+    let (mut v, mut g) = (vec![0.0; n], vec![0.0; 3 * n]);
+    let mut plain = vec![0.0; n];
+    field.value(points.as_flattened(), &mut plain).expect("arrays that fit");
+    field.gradient(points.as_flattened(), &mut v, &mut g).expect("arrays that fit");
+    let (still, mut rate) = (vec![0.0; field.free().len()], vec![0.0; n]);
+    let (mut tv, mut tg) = (vec![0.0; n], vec![0.0; 3 * n]);
+    field
+        .gradient_and_rate(points.as_flattened(), &still, &mut tv, &mut tg, &mut rate)
+        .expect("arrays that fit");
+    for i in 0..n {
+        let (mut one, mut slope) = ([0.0], [0.0; 3]);
+        field.gradient(&points[i], &mut one, &mut slope).expect("arrays that fit");
+        assert_eq!(
+            [one[0], slope[0], slope[1], slope[2]].map(f64::to_bits),
+            [v[i], g[3 * i], g[3 * i + 1], g[3 * i + 2]].map(f64::to_bits)
+        );
+        assert_eq!(plain[i].to_bits(), v[i].to_bits());
+        assert_eq!(v[i].is_nan(), tv[i].is_nan(), "{:?}", points[i]);
+        if i < 700 {
+            assert!(
+                (v[i] - tv[i]).abs() < 1e-12 && (0..3).all(|a| (g[3 * i + a] - tg[3 * i + a]).abs() < 1e-12)
+            );
+        }
+    }
 }
 
 #[test]

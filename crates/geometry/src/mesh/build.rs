@@ -1,16 +1,18 @@
 //! Meshes of surfaces: samples, stitched, repaired, smoothed, checked.
 
+use std::ops::ControlFlow;
+
 use isoswarm_field::vector::V3;
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles as particles;
-use isoswarm_particles::{Density, ProgressFn, Samples};
+use isoswarm_particles::{Density, Progress, ProgressFn, Samples};
 
 use super::connect::{NONE, Triangles};
 use super::crease::Segments;
 use super::repair::{open_places, stitch_whole};
 use super::report::MeshReport;
 use super::vertices::{Vertices, pull};
-use super::{Mesh, border, circumsphere, corners, crease, error, sizes, smooth, valence};
+use super::{Mesh, border, circumsphere, coarse, corners, crease, error, sizes, smooth, valence};
 
 /// How fine a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,8 +108,23 @@ pub fn mesh(
     let MeshOptions { resolution, rule, density, creases, smoothing, intersections, seed, most, progress } =
         options;
     in_space(surface)?;
+    let (mut progress, mut furthest) = (progress, 0.0f64);
+    let mut tell = |p: &Progress| {
+        // Of several runs the later ones do not begin anew.
+        furthest = furthest.max(p.fraction);
+        match &mut progress {
+            Some(f) => f(&Progress { fraction: furthest, ..*p }),
+            None => ControlFlow::Continue(()),
+        }
+    };
+    if rule == Rule::Delaunay && smoothing > 0 && matches!(density, Density::Uniform) {
+        let wish = coarse::Wish { resolution, creases, smoothing, intersections, seed, most };
+        if let Some(made) = coarse::mesh(surface, bounds, &wish, &mut tell)? {
+            return Ok(made);
+        }
+    }
     let sizes::Sampled { samples, evaluations, warnings } =
-        sizes::sample(surface, bounds, resolution, density, creases, (seed, most), progress)?;
+        sizes::sample(surface, bounds, resolution, density, creases, (seed, most), Some(&mut tell))?;
     let settings = MeshOptions { resolution, rule, smoothing, intersections, ..MeshOptions::default() };
     let mut out = mesh_samples(surface, bounds, &samples, &settings)?;
     out.report.evaluations += evaluations;
@@ -127,29 +144,14 @@ pub fn mesh_samples(
     options: &MeshOptions<'_>,
 ) -> Result<Meshed, particles::Error> {
     in_space(surface)?;
-    let mut report = MeshReport { evaluations: samples.report.evaluations, ..MeshReport::default() };
-    let mut vertices = Vertices::of(samples, bounds);
     if options.rule == Rule::Circumsphere {
+        let vertices = Vertices::of(samples, bounds);
+        let report = MeshReport { evaluations: samples.report.evaluations, ..MeshReport::default() };
         let faces = circumsphere::triangles(&vertices.points, &vertices.normals, &vertices.reach());
-        return Ok(finish(surface, samples, options, vertices, faces, report)?);
+        return Ok(finish(surface, samples, options.intersections, false, vertices, faces, report)?);
     }
-    let (came, went) = corners::place(surface, bounds, &mut vertices)?;
-    let (more, fewer) = border::clear(surface, bounds, &mut vertices)?;
-    let repaired = stitch_whole(surface, bounds, &mut vertices)?;
-    report.inserted = came + more + repaired.inserted;
-    report.removed = went + fewer;
-    report.filled = repaired.filled;
-    let mut triangles = repaired.triangles;
-    let mut held = vec![false; vertices.len()];
-    repaired.open.iter().for_each(|&v| held[v as usize] = true);
-    report.doubtful.extend(repaired.open.iter().map(|&v| vertices.points[v as usize]));
-    report.left_out(&vertices, &repaired.left_out);
-    if !repaired.left_out.is_empty() {
-        let mut dead = vec![false; vertices.len()];
-        repaired.left_out.iter().for_each(|&v| dead[v as usize] = true);
-        valence::drop_vertices(&mut triangles, &mut vertices, &mut held, &dead);
-        report.removed += repaired.left_out.len();
-    }
+    let Draft { mut triangles, mut vertices, mut held, mut report } =
+        Draft::stitch(surface, bounds, samples)?;
     let segments = Segments::of(samples.creases.as_ref());
     (0..vertices.len()).for_each(|v| held[v] |= vertices.on_crease(v));
     let (flips, missing) = segments.insert(&mut triangles, &vertices);
@@ -172,7 +174,47 @@ pub fn mesh_samples(
     }
     report.creases = segments.edges(&vertices);
     report.corners = crease::corners(samples.creases.as_ref(), &vertices);
-    Ok(finish(surface, samples, options, vertices, triangles.faces, report)?)
+    let moved = options.smoothing > 0;
+    Ok(finish(surface, samples, options.intersections, moved, vertices, triangles.faces, report)?)
+}
+
+/// A mesh under construction.
+pub(super) struct Draft {
+    pub(super) triangles: Triangles,
+    pub(super) vertices: Vertices,
+    /// Vertices that stay where they are.
+    pub(super) held: Vec<bool>,
+    pub(super) report: MeshReport,
+}
+
+impl Draft {
+    /// Samples joined by triangles, repaired where that left holes.
+    pub(super) fn stitch(
+        surface: &dyn Surface,
+        bounds: &Aabb,
+        samples: &Samples,
+    ) -> Result<Self, FieldError> {
+        let mut report = MeshReport { evaluations: samples.report.evaluations, ..MeshReport::default() };
+        let mut vertices = Vertices::of(samples, bounds);
+        let (came, went) = corners::place(surface, bounds, &mut vertices)?;
+        let (more, fewer) = border::clear(surface, bounds, &mut vertices)?;
+        let repaired = stitch_whole(surface, bounds, &mut vertices)?;
+        report.inserted = came + more + repaired.inserted;
+        report.removed = went + fewer;
+        report.filled = repaired.filled;
+        let mut triangles = repaired.triangles;
+        let mut held = vec![false; vertices.len()];
+        repaired.open.iter().for_each(|&v| held[v as usize] = true);
+        report.doubtful.extend(repaired.open.iter().map(|&v| vertices.points[v as usize]));
+        report.left_out(&vertices, &repaired.left_out);
+        if !repaired.left_out.is_empty() {
+            let mut dead = vec![false; vertices.len()];
+            repaired.left_out.iter().for_each(|&v| dead[v as usize] = true);
+            valence::drop_vertices(&mut triangles, &mut vertices, &mut held, &dead);
+            report.removed += repaired.left_out.len();
+        }
+        Ok(Self { triangles, vertices, held, report })
+    }
 }
 
 fn in_space(surface: &dyn Surface) -> Result<(), particles::Error> {
@@ -187,7 +229,7 @@ fn in_space(surface: &dyn Surface) -> Result<(), particles::Error> {
 }
 
 /// Flips, smooths and mends.
-fn improve(
+pub(super) fn improve(
     surface: &dyn Surface,
     rounds: usize,
     segments: &Segments,
@@ -223,18 +265,19 @@ fn improve(
     Ok(())
 }
 
-/// Brings the vertices to the surface to rounding and measures the mesh.
-fn finish(
+/// Brings the vertices to the surface to rounding, where they have `moved`, and measures the mesh.
+pub(super) fn finish(
     surface: &dyn Surface,
     samples: &Samples,
-    options: &MeshOptions<'_>,
+    intersections: bool,
+    moved: bool,
     mut vertices: Vertices,
     faces: Vec<[u32; 3]>,
     mut report: MeshReport,
 ) -> Result<Meshed, FieldError> {
     let spacing = vertices.spacing.clone();
     let Vertices { points, normals, faces: walls, crease, .. } = &mut vertices;
-    if options.rule == Rule::Delaunay && options.smoothing > 0 {
+    if moved {
         // What is on a crease is there to rounding, and has more than one normal.
         let on_crease: Vec<(usize, V3, V3)> =
             (0..points.len()).filter(|&i| crease[i] != NONE).map(|i| (i, points[i], normals[i])).collect();
@@ -245,6 +288,6 @@ fn finish(
     let ids = (0..points.len() as u64).collect();
     let curvatures = particles::principal_curvatures(surface, points);
     let mesh = Mesh { points: vertices.points, normals: vertices.normals, curvatures, ids, faces };
-    report.describe(surface, &mesh, samples, options.intersections)?;
+    report.describe(surface, &mesh, samples, intersections)?;
     Ok(Meshed { mesh, report })
 }

@@ -3,6 +3,8 @@
 use isoswarm_field::vector::{V3, add, cross, dot, norm, sub};
 use rayon::prelude::*;
 
+use super::sides::sides;
+
 /// No face on the other side.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -16,18 +18,11 @@ pub(super) struct Triangles {
 impl Triangles {
     /// Finds the neighbours. Edges of more than two faces, or of two that run along it in the same direction, get none.
     pub(super) fn new(faces: Vec<[u32; 3]>) -> Self {
-        // Edge, and three times the face plus the corner.
-        let mut sides: Vec<(u64, u32)> = Vec::with_capacity(3 * faces.len());
-        for (f, v) in faces.iter().enumerate() {
-            for k in 0..3 {
-                let (a, b) = (v[k], v[(k + 1) % 3]);
-                sides.push((u64::from(a.min(b)) << 32 | u64::from(a.max(b)), (3 * f + k) as u32));
-            }
-        }
-        sides.par_sort_unstable();
+        let vertices = faces.iter().flatten().max().map_or(0, |v| *v as usize + 1);
+        let sides = sides(vertices, &faces, |_| true);
         let mut across = vec![[NONE; 3]; faces.len()];
-        for edge in sides.chunk_by(|x, y| x.0 == y.0) {
-            if let [(_, s), (_, t)] = *edge {
+        for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+            if let [(_, _, s), (_, _, t)] = *edge {
                 let ((f, k), (g, l)) = (place(s), place(t));
                 if faces[f][k] != faces[g][l] {
                     across[f][k] = g as u32;

@@ -15,6 +15,9 @@ const ROUNDS: usize = 8;
 const SMOOTHING: usize = 2;
 const SMOOTHED: usize = 5;
 
+/// One edge in so many that is split makes the others move.
+const FEW: usize = 20;
+
 /// |F|/|∇F| at the points: their distance from the surface, to first order.
 pub(super) fn distances(surface: &dyn Surface, points: &[V3]) -> Result<Vec<f64>, FieldError> {
     let (mut value, mut gradient) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
@@ -45,20 +48,30 @@ pub(super) fn refine(
     held: &mut Vec<bool>,
     report: &mut MeshReport,
 ) -> Result<(), FieldError> {
+    // Faces that have changed since they were measured.
+    let mut fresh = vec![true; triangles.faces.len()];
     for round in 0..ROUNDS {
-        let wanted = bad_edges(surface, most, segments, triangles, vertices, report)?;
+        let wanted = bad_edges(surface, most, segments, triangles, vertices, &fresh, report)?;
         if wanted.is_empty() {
-            return Ok(());
+            return chords(surface, most, segments, vertices, report);
         }
-        split(surface, triangles, vertices, held, report, wanted)?;
+        let measured = triangles.faces.clone();
+        let changed = wanted.len();
+        let done = split(surface, triangles, vertices, held, report, wanted)?;
         report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
-        for _ in 0..if round < SMOOTHED { SMOOTHING } else { 0 } {
+        // Where few edges are too far off the others stay.
+        let many = FEW * changed > triangles.faces.len();
+        for _ in 0..if round < SMOOTHED && many { SMOOTHING } else { 0 } {
             smooth(surface, triangles, vertices, held)?;
             report.evaluations += vertices.len() as u64;
             report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
         }
+        let moved = (round < SMOOTHED && many) || !done;
+        let same = |f: usize| !moved && measured.get(f) == Some(&triangles.faces[f]);
+        fresh = (0..triangles.faces.len()).map(|f| !same(f)).collect();
     }
-    let left = bad_edges(surface, most, segments, triangles, vertices, report)?;
+    let all = vec![true; triangles.faces.len()];
+    let left = bad_edges(surface, most, segments, triangles, vertices, &all, report)?;
     if !left.is_empty() {
         report.warnings.push(format!(
             "{} edges are still farther than {most:e} from the surface or next to a triangle that is; the surface may bend sharply there",
@@ -68,30 +81,65 @@ pub(super) fn refine(
             left.iter().map(|&(f, k)| vertices.points[triangles.faces[f as usize][k as usize] as usize]);
         report.doubtful.extend(places.take(MeshReport::MOST_PLACES));
     }
+    chords(surface, most, segments, vertices, report)
+}
+
+/// Tells of edges on creases, which are not split, that cut a bend by more than `most`.
+fn chords(
+    surface: &dyn Surface,
+    most: f64,
+    segments: &Segments,
+    vertices: &Vertices,
+    report: &mut MeshReport,
+) -> Result<(), FieldError> {
+    let edges = segments.edges(vertices);
+    let middles: Vec<V3> = edges
+        .iter()
+        .map(|e| {
+            let [p, q] = e.map(|v| vertices.points[v as usize]);
+            [0, 1, 2].map(|a| 0.5 * p[a] + 0.5 * q[a])
+        })
+        .collect();
+    let off = distances(surface, &middles)?;
+    report.evaluations += middles.len() as u64;
+    let long: Vec<V3> = middles.into_iter().zip(off).filter(|(_, d)| *d > most).map(|(p, _)| p).collect();
+    if !long.is_empty() {
+        report.warnings.push(format!(
+            "{} edges on the surface's creases cut bends by more than {most:e}: their points are spread by the number of samples, ask for a finer \
+             mesh; see the doubtful places",
+            long.len()
+        ));
+        report.doubtful.extend(long.into_iter().take(MeshReport::MOST_PLACES));
+    }
     Ok(())
 }
 
-/// Edges that are too far off, and the longest edge of each face that is.
+/// Edges of fresh faces that are too far off, and the longest edge of each fresh face that is.
 fn bad_edges(
     surface: &dyn Surface,
     most: f64,
     segments: &Segments,
     triangles: &Triangles,
     vertices: &Vertices,
+    fresh: &[bool],
     report: &mut MeshReport,
 ) -> Result<Vec<(u32, u8)>, FieldError> {
     let mut out: Vec<(u32, u8)> = Vec::new();
-    let centre = distances(surface, &centres(&vertices.points, &triangles.faces))?;
+    let chosen: Vec<usize> = (0..fresh.len()).filter(|&f| fresh[f]).collect();
+    let faces: Vec<[u32; 3]> = chosen.iter().map(|&f| triangles.faces[f]).collect();
+    let centre = distances(surface, &centres(&vertices.points, &faces))?;
     let mut edges: Vec<(u32, u8)> = Vec::new();
-    for (f, v) in triangles.faces.iter().enumerate() {
+    for ((&f, v), off) in chosen.iter().zip(&faces).zip(&centre) {
         let side =
             |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
-        if centre[f] > most {
-            let k = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
-            out.push((f as u32, k as u8));
+        if *off > most {
+            // What is split in the middle leaves the crease.
+            let free = (0..3).filter(|&k| !segments.joins(vertices, v[k], v[(k + 1) % 3]));
+            out.extend(free.max_by(|&i, &j| side(i).total_cmp(&side(j))).map(|k| (f as u32, k as u8)));
         }
         // Each edge as seen from one of its faces.
-        edges.extend((0..3u8).filter(|&k| triangles.across[f][k as usize] > f as u32).map(|k| (f as u32, k)));
+        let seen = |g: u32| (g as usize) < f && fresh[g as usize];
+        edges.extend((0..3u8).filter(|&k| !seen(triangles.across[f][k as usize])).map(|k| (f as u32, k)));
     }
     let middles: Vec<V3> = edges
         .iter()
@@ -105,7 +153,6 @@ fn bad_edges(
     let off = distances(surface, &middles)?;
     report.evaluations += (centre.len() + middles.len()) as u64;
     out.extend(edges.into_iter().zip(off).filter(|(_, d)| *d > most).map(|(e, _)| e));
-    // What is split in the middle leaves the crease.
     out.retain(|&(f, k)| {
         let v = triangles.faces[f as usize];
         !segments.joins(vertices, v[k as usize], v[(k as usize + 1) % 3])
@@ -113,7 +160,7 @@ fn bad_edges(
     Ok(out)
 }
 
-/// Puts a vertex in the middle of each edge, where its faces have not been split already.
+/// Puts a vertex in the middle of each edge, where its faces have not been split already. Whether all of them got to the surface.
 fn split(
     surface: &dyn Surface,
     triangles: &mut Triangles,
@@ -121,7 +168,7 @@ fn split(
     held: &mut Vec<bool>,
     report: &mut MeshReport,
     edges: Vec<(u32, u8)>,
-) -> Result<(), FieldError> {
+) -> Result<bool, FieldError> {
     let mut touched = vec![false; triangles.faces.len()];
     let (mut points, mut normals, mut faces, mut chosen, mut spacing) =
         (vec![], vec![], vec![], vec![], vec![]);
@@ -155,5 +202,5 @@ fn split(
             report.inserted += 1;
         }
     }
-    Ok(())
+    Ok(left.iter().all(|l| l.is_finite()))
 }

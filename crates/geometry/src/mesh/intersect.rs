@@ -1,6 +1,6 @@
 //! Triangles of a mesh that pass through each other.
 
-use isoswarm_field::vector::V3;
+use isoswarm_field::vector::{V3, along, cross, dot, norm, sub};
 use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
@@ -8,6 +8,8 @@ use super::Mesh;
 
 /// Triangles in a leaf of the tree.
 const LEAF: usize = 4;
+/// Leaves that one task handles.
+const LEAVES: usize = 128;
 /// So many pairs are reported at most.
 const MOST: usize = 10_000;
 
@@ -38,33 +40,40 @@ impl Mesh {
     /// Pairs of faces that pass through each other, by exact predicates; at most 10,000. Faces that share an edge are not compared, and faces
     /// in one plane that overlap are not found.
     pub fn self_intersections(&self) -> Vec<[u32; 2]> {
+        if self.faces.is_empty() {
+            return Vec::new();
+        }
         let tree = Tree::new(self);
-        let parts: Vec<Vec<[u32; 2]>> = (0..self.faces.len().div_ceil(512))
+        let tame = tame(&self.points, &self.faces);
+        let parts: Vec<Vec<[u32; 2]>> = (0..tree.levels[0].len().div_ceil(LEAVES))
             .into_par_iter()
             .map(|c| {
                 let mut out = Vec::new();
-                for f in c * 512..((c + 1) * 512).min(self.faces.len()) {
-                    tree.visit(&tree.spans[f], |g| {
-                        if (g as usize) > f && self.cross(f, g as usize) {
-                            out.push([f as u32, g]);
+                for leaf in c * LEAVES..((c + 1) * LEAVES).min(tree.levels[0].len()) {
+                    tree.pairs(leaf, |f, g| {
+                        if out.len() < MOST && self.cross(f as usize, g as usize, &tame) {
+                            out.push([f.min(g), f.max(g)]);
                         }
                     });
                 }
-                out.sort_unstable();
-                out.truncate(MOST);
                 out
             })
             .collect();
         let mut all = parts.concat();
+        all.sort_unstable();
         all.truncate(MOST);
         all
     }
 
     /// Whether two faces pass through each other.
-    fn cross(&self, f: usize, g: usize) -> bool {
+    fn cross(&self, f: usize, g: usize, tame: &[bool]) -> bool {
         let (s, t) = (self.faces[f], self.faces[g]);
-        let shared = s.iter().filter(|v| t.contains(v)).count();
-        if shared > 1 {
+        let mut shared = s.iter().filter(|v| t.contains(v));
+        let (first, second) = (shared.next(), shared.next());
+        if second.is_some() || first.is_some_and(|&v| tame[v as usize]) {
+            return false;
+        }
+        if first.is_none() && (self.beside(f, g) || self.beside(g, f)) {
             return false;
         }
         let at = |v: u32| {
@@ -87,7 +96,93 @@ impl Mesh {
         };
         pierces(s, t) || pierces(t, s)
     }
+
+    /// Whether all corners of face `g` lie on one side of the plane of face `f`, farther off than rounding can say otherwise.
+    fn beside(&self, f: usize, g: usize) -> bool {
+        let [a, b, c] = self.corners(f);
+        let (u, v) = (sub(b, a), sub(c, a));
+        let n = cross(u, v);
+        let size = sum_of_parts(u) * sum_of_parts(v);
+        let mut side = 0;
+        for q in self.corners(g) {
+            let way = sub(q, a);
+            let d = dot(n, way);
+            let sure = d.abs() > ROUNDING * size * sum_of_parts(way);
+            side += if !sure {
+                0
+            } else if d > 0.0 {
+                1
+            } else {
+                -1
+            };
+        }
+        side == 3 || side == -3
+    }
 }
+
+/// What a determinant of three vectors may be off by rounding, as a part of the product of their lengths: some dozen roundings, with
+/// plenty to spare.
+const ROUNDING: f64 = 1e-14;
+
+fn sum_of_parts(v: V3) -> f64 {
+    v[0].abs() + v[1].abs() + v[2].abs()
+}
+
+/// For each vertex whether its triangles meet in their common edges alone, as they certainly do where they form one closed fan that,
+/// seen along some direction, goes around the vertex once and faces the viewer everywhere.
+fn tame(points: &[V3], faces: &[[u32; 3]]) -> Vec<bool> {
+    let mut start = vec![0u32; points.len() + 1];
+    faces.iter().flatten().for_each(|&v| start[v as usize + 1] += 1);
+    for v in 0..points.len() {
+        start[v + 1] += start[v];
+    }
+    // For each corner the other two vertices in their order.
+    let mut around = vec![(0, 0); 3 * faces.len()];
+    let mut next = start.clone();
+    for f in faces {
+        for k in 0..3 {
+            let place = &mut next[f[k] as usize];
+            around[*place as usize] = (f[(k + 1) % 3], f[(k + 2) % 3]);
+            *place += 1;
+        }
+    }
+    let one = |v: usize| {
+        let fan = &around[start[v] as usize..start[v + 1] as usize];
+        let p = points[v];
+        let to = |w: u32| sub(points[w as usize], p);
+        // Every neighbour ends one triangle and begins another: the fans are closed, and there is one if a ray meets one triangle.
+        let closed = (3..=MANY).contains(&fan.len())
+            && fan.iter().enumerate().all(|(i, x)| {
+                fan.iter().filter(|y| y.0 == x.1).count() == 1 && fan[i + 1..].iter().all(|y| y.0 != x.0)
+            });
+        if !closed {
+            return false;
+        }
+        let mut up = [0.0; 3];
+        for &(a, b) in fan {
+            let n = cross(to(a), to(b));
+            up = along(up, 1.0 / norm(n), n);
+        }
+        // A ray along the first edge belongs to the triangle that begins there; any other that it meets goes around a second time.
+        let first = fan[0].0;
+        let ray = to(first);
+        let aside = cross(up, ray);
+        fan.iter().all(|&(a, b)| {
+            let (x, y) = (to(a), to(b));
+            let n = cross(x, y);
+            let (before, after) = (dot(x, aside), dot(y, aside));
+            let along_ray = after == 0.0 && dot(y, ray) > 0.0;
+            let meets = before < 0.0 && after > 0.0 || along_ray;
+            dot(n, up) > CLEAR * norm(n) * norm(up) && (a == first || b == first || !meets)
+        })
+    };
+    (0..points.len()).into_par_iter().with_min_len(1024).map(one).collect()
+}
+
+/// Most triangles of a vertex that are looked at.
+const MANY: usize = 16;
+/// Cosine between a triangle and the direction in which it is seen, at least; so large that rounding does not matter.
+const CLEAR: f64 = 0.1;
 
 /// Boxes around triangles in a balanced tree over their Morton order.
 struct Tree {
@@ -125,19 +220,32 @@ impl Tree {
         Self { spans, order, levels }
     }
 
-    fn visit(&self, span: &Span, mut f: impl FnMut(u32)) {
+    /// Calls `f` for all pairs of faces with boxes that meet, of which one is in the leaf and the other in it or in one after it.
+    fn pairs(&self, leaf: usize, mut f: impl FnMut(u32, u32)) {
+        let of = |k: usize| &self.order[k * LEAF..((k + 1) * LEAF).min(self.order.len())];
+        let own = of(leaf);
+        for (k, &a) in own.iter().enumerate() {
+            for &b in &own[k + 1..] {
+                if self.spans[a as usize].meets(&self.spans[b as usize]) {
+                    f(a, b);
+                }
+            }
+        }
+        let span = &self.levels[0][leaf];
         let mut stack = vec![(self.levels.len() - 1, 0)];
         while let Some((level, k)) = stack.pop() {
-            if self.levels[level].get(k).is_none_or(|s| !s.meets(span)) {
+            // What comes before the leaf has been compared from there.
+            if (k + 1) << level <= leaf + 1 || self.levels[level].get(k).is_none_or(|s| !s.meets(span)) {
                 continue;
             }
             if level > 0 {
                 stack.extend([(level - 1, 2 * k), (level - 1, 2 * k + 1)]);
                 continue;
             }
-            for &g in self.order.iter().skip(k * LEAF).take(LEAF) {
-                if self.spans[g as usize].meets(span) {
-                    f(g);
+            for &b in of(k) {
+                let other = &self.spans[b as usize];
+                if other.meets(span) {
+                    own.iter().filter(|a| self.spans[**a as usize].meets(other)).for_each(|&a| f(a, b));
                 }
             }
         }
@@ -166,6 +274,58 @@ mod tests {
         // With a common corner: only the opposite edge can pass through.
         let mesh = Mesh::new(points, vec![[0, 1, 2], [0, 3, 4], [0, 7, 8]]);
         assert_eq!(mesh.self_intersections(), [[0, 1]]);
+        assert_eq!(tame(&mesh.points, &mesh.faces), [false; 9]);
         assert!(Mesh::default().self_intersections().is_empty());
+    }
+
+    #[test]
+    fn fans_that_go_around_once_are_tame() {
+        let fan = |n: u32, turns: f64, height: f64| {
+            let mut points = vec![[0.0, 0.0, height]];
+            for k in 0..n {
+                let a = turns * std::f64::consts::TAU * f64::from(k) / f64::from(n);
+                points.push([a.cos(), a.sin(), 0.0]);
+            }
+            let faces: Vec<[u32; 3]> = (0..n).map(|k| [0, 1 + k, 1 + (k + 1) % n]).collect();
+            tame(&points, &faces)[0]
+        };
+        assert!(fan(6, 1.0, 0.0) && fan(5, 1.0, 0.3) && fan(3, 1.0, -0.5));
+        assert!(!fan(7, 2.0, 0.1), "twice around");
+        assert!(!fan(6, 2.0, 0.1), "twice around, through the same points");
+        assert!(!fan(6, 1.0, 100.0), "a spike");
+        // Open: the last triangle is missing.
+        let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, -1.0, 0.0]];
+        assert!(!tame(&points, &[[0, 1, 2], [0, 2, 3]])[0]);
+    }
+
+    #[test]
+    fn sheets_that_cross_far_from_common_corners_are_found() {
+        // Two octahedra that overlap, against the pairs that are found by comparing all with all.
+        let octahedron = |o: f64, first: u32| {
+            let points: Vec<V3> = (0..6)
+                .map(|k| {
+                    let mut p = [o, 0.3 * o, 0.1 * o];
+                    p[k / 2] += if k % 2 == 0 { 1.0 } else { -1.0 };
+                    p
+                })
+                .collect();
+            let faces =
+                [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+            (points, faces.map(|f: [u32; 3]| f.map(|v| v + first)))
+        };
+        let ((mut points, a), (more, b)) = (octahedron(0.0, 0), octahedron(0.9, 6));
+        points.extend(more);
+        let mesh = Mesh::new(points, [a, b].concat());
+        let bare = vec![false; mesh.points.len()];
+        let mut all = Vec::new();
+        for f in 0..mesh.faces.len() {
+            for g in f + 1..mesh.faces.len() {
+                if mesh.cross(f, g, &bare) {
+                    all.push([f as u32, g as u32]);
+                }
+            }
+        }
+        assert!(all.len() >= 6, "{all:?}");
+        assert_eq!(mesh.self_intersections(), all);
     }
 }

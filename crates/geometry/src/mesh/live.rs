@@ -268,7 +268,7 @@ fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], 
 }
 
 /// Whether vertex `u` splits a triangle in three that face as it does.
-fn lies_over(f: [u32; 3], u: u32, points: &[V3], normals: &[V3]) -> bool {
+pub(super) fn lies_over(f: [u32; 3], u: u32, points: &[V3], normals: &[V3]) -> bool {
     let p = points[u as usize];
     let n = normals[u as usize];
     (0..3).all(|k| {

@@ -2,7 +2,12 @@
 
 use isoswarm_field::vector::{V3, cross, dot, norm, sub};
 
+use rayon::prelude::*;
+
 use super::Mesh;
+
+/// Triangles that one task measures.
+const CHUNK: usize = 2048;
 
 /// Quality of one triangle. A triangle without area has 0 for both measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,13 +39,15 @@ impl FaceQuality {
         let half = 0.5 * (length[0] + length[1] + length[2]);
         let inscribed = 0.5 * twice / half;
         let circumscribed = 0.5 * length[0] * length[1] * length[2] / twice;
-        let angle = |k: usize| libm::atan2(twice, -dot(sides[(k + 1) % 3], sides[(k + 2) % 3]));
-        let angles = [angle(0), angle(1), angle(2)];
+        // The larger the angle, the smaller the dot product of its sides, all three over the same length of the cross product.
+        let cosine = [0, 1, 2].map(|k: usize| -dot(sides[(k + 1) % 3], sides[(k + 2) % 3]));
+        let [least, most] =
+            cosine.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], &c| [l.min(c), m.max(c)]);
         Self {
             q: 2.0 * 3f64.sqrt() * inscribed / longest,
             radius_ratio: 2.0 * inscribed / circumscribed,
-            smallest_angle: angles.iter().fold(f64::INFINITY, |m, &a| m.min(a)),
-            largest_angle: angles.iter().fold(0.0, |m, &a| m.max(a)),
+            smallest_angle: libm::atan2(twice, most),
+            largest_angle: libm::atan2(twice, least),
         }
     }
 }
@@ -76,33 +83,63 @@ impl Quality {
         if faces.is_empty() {
             return Self::default();
         }
-        let mut out = Self { q_min: f64::INFINITY, radius_ratio_min: f64::INFINITY, ..Self::default() };
-        let (mut smallest, mut largest) = (f64::INFINITY, 0.0f64);
-        let mut below = 0usize;
+        let none = Self {
+            q_min: f64::INFINITY,
+            radius_ratio_min: f64::INFINITY,
+            smallest_angle: f64::INFINITY,
+            ..Self::default()
+        };
         let mut valence = vec![0u32; points.len()];
-        for f in faces {
-            f.iter().for_each(|&v| valence[v as usize] += 1);
-            let t = FaceQuality::of(f.map(|v| points[v as usize]));
-            out.q_avg += t.q;
-            out.q_min = out.q_min.min(t.q);
-            out.radius_ratio_avg += t.radius_ratio;
-            out.radius_ratio_min = out.radius_ratio_min.min(t.radius_ratio);
-            out.smallest_angle_avg += t.smallest_angle;
-            smallest = smallest.min(t.smallest_angle);
-            largest = largest.max(t.largest_angle);
-            below += usize::from(t.smallest_angle < 30f64.to_radians());
-        }
+        faces.iter().flatten().for_each(|&v| valence[v as usize] += 1);
+        // Sums in fixed parts: the number of threads does not matter.
+        let parts: Vec<Self> = faces
+            .par_chunks(CHUNK)
+            .map(|faces| {
+                let all = faces.iter().map(|f| FaceQuality::of(f.map(|v| points[v as usize])));
+                all.fold(none, |s, t| {
+                    s.with(Self {
+                        q_avg: t.q,
+                        q_min: t.q,
+                        radius_ratio_avg: t.radius_ratio,
+                        radius_ratio_min: t.radius_ratio,
+                        smallest_angle: t.smallest_angle,
+                        smallest_angle_avg: t.smallest_angle,
+                        largest_angle: t.largest_angle,
+                        below_30: f64::from(u8::from(t.smallest_angle < 30f64.to_radians())),
+                        ..none
+                    })
+                })
+            })
+            .collect();
+        let mut out = parts.into_iter().fold(none, Self::with);
         let n = faces.len() as f64;
         out.q_avg /= n;
         out.radius_ratio_avg /= n;
         out.smallest_angle_avg = (out.smallest_angle_avg / n).to_degrees();
-        out.smallest_angle = smallest.to_degrees();
-        out.largest_angle = largest.to_degrees();
-        out.below_30 = below as f64 / n;
+        out.smallest_angle = out.smallest_angle.to_degrees();
+        out.largest_angle = out.largest_angle.to_degrees();
+        out.below_30 /= n;
         let used: Vec<u32> = valence.into_iter().filter(|v| *v > 0).collect();
         out.six_valent = used.iter().filter(|v| **v == 6).count() as f64 / used.len() as f64;
         out.valence = [used.iter().copied().min().unwrap_or(0), used.iter().copied().max().unwrap_or(0)];
         out
+    }
+}
+
+impl Quality {
+    /// Sums, and the smaller and larger of two.
+    fn with(self, other: Self) -> Self {
+        Self {
+            q_avg: self.q_avg + other.q_avg,
+            q_min: self.q_min.min(other.q_min),
+            radius_ratio_avg: self.radius_ratio_avg + other.radius_ratio_avg,
+            radius_ratio_min: self.radius_ratio_min.min(other.radius_ratio_min),
+            smallest_angle: self.smallest_angle.min(other.smallest_angle),
+            smallest_angle_avg: self.smallest_angle_avg + other.smallest_angle_avg,
+            largest_angle: self.largest_angle.max(other.largest_angle),
+            below_30: self.below_30 + other.below_30,
+            ..self
+        }
     }
 }
 

@@ -1,10 +1,11 @@
 //! What stitching left open is closed by more vertices, around the places where it is open.
 
-use isoswarm_field::vector::{V3, distance, scale};
+use isoswarm_field::vector::{V3, cross, distance, dot, scale, sub, unit};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles::Grid;
 
 use super::connect::{NONE, Triangles};
+use super::live::lies_over;
 use super::stitch::{Stitched, stitch};
 use super::vertices::{Vertices, pull};
 
@@ -44,7 +45,8 @@ pub(super) fn stitch_whole(
     for round in 0..=ROUNDS {
         let Stitched { faces, holes, left_out, filled } =
             stitch(&vertices.points, &vertices.normals, bounds, &vertices.reach());
-        let triangles = Triangles::new(faces);
+        let mut triangles = Triangles::new(faces);
+        let left_out = take_in(vertices, &mut triangles, left_out);
         let open = open_places(vertices, &triangles, &left_out);
         let inserted = vertices.len() - first;
         let done = open.is_empty() || round == ROUNDS || inserted >= most;
@@ -63,6 +65,44 @@ pub(super) fn stitch_whole(
     let (kept, repaired) = best.unwrap_or_default();
     *vertices = kept;
     Ok(repaired)
+}
+
+/// From so many vertices without a triangle on the mesh is no surface yet, and they stay.
+const MOST_LEFT_OUT: usize = 256;
+
+/// Puts vertices without a triangle into those that they lie over, as where the density has a step and the stars on both sides do not see
+/// them alike. Gives those that lie over none.
+fn take_in(vertices: &Vertices, triangles: &mut Triangles, left_out: Vec<u32>) -> Vec<u32> {
+    if left_out.is_empty() || left_out.len() > MOST_LEFT_OUT {
+        return left_out;
+    }
+    let Vertices { points, normals, spacing, .. } = vertices;
+    let widest = spacing.iter().fold(0.0f64, |m, &s| m.max(s));
+    let grid = Grid::new(points, None, 2.0 * widest);
+    let mut near = vec![false; vertices.len()];
+    for &v in &left_out {
+        grid.near(points[v as usize], 2.0 * widest, |w| near[w as usize] = true);
+    }
+    let close = |f: &[u32; 3]| f.iter().any(|&v| near[v as usize]);
+    let mut candidates: Vec<usize> =
+        (0..triangles.faces.len()).filter(|&f| close(&triangles.faces[f])).collect();
+    let mut left = Vec::new();
+    for v in left_out {
+        let off = |f: usize| {
+            let [a, b, c] = triangles.faces[f].map(|w| points[w as usize]);
+            dot(unit(cross(sub(b, a), sub(c, a))), sub(points[v as usize], a)).abs()
+        };
+        let over = candidates.iter().copied().filter(|&f| lies_over(triangles.faces[f], v, points, normals));
+        let nearest = over.map(|f| (off(f), f)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        match nearest {
+            Some((off, f)) if off < 0.5 * spacing[v as usize] => {
+                triangles.insert(f, v);
+                candidates.extend([triangles.faces.len() - 2, triangles.faces.len() - 1]);
+            }
+            _ => left.push(v),
+        }
+    }
+    left
 }
 
 /// Vertices at edges with one face that are not on the bounds, at points where the surface touches itself, and without a face.

@@ -28,7 +28,8 @@ pub struct MeshReport {
     pub filled: usize,
     /// Edges flipped.
     pub flips: usize,
-    /// Vertices besides the samples: at corners of the boundary, for repair, for the distance, for valences.
+    /// Vertices besides the samples and the middles of edges that double the resolution: at corners of the boundary, for repair, for the
+    /// distance, for valences.
     pub inserted: usize,
     /// Samples that are no vertices: too close to a corner, in the way of a manifold, of low valence.
     pub removed: usize,

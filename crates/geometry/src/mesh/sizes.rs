@@ -8,7 +8,7 @@ use isoswarm_particles::{Amount, Density, Error, Options, ProgressFn, Samples, S
 use super::build::Resolution;
 
 /// Turn of the normal from vertex to vertex (radians) up to which stars agree.
-const TURN: f64 = 0.7;
+pub(super) const TURN: f64 = 0.7;
 /// Where it is larger for more than one sample in so many, the sizes follow the curvature.
 const FEW: usize = 2000;
 /// Part of the vertices that may go where the surface bends more than the spacing allows.
@@ -18,7 +18,7 @@ const STEPS: usize = 10;
 /// Samples that tell the curvature where a distance is asked for.
 const PILOT: usize = 4000;
 /// Area of a vertex' cell over the square of the distance to the nearest, on average.
-const CELL: f64 = 0.94;
+pub(super) const CELL: f64 = 0.94;
 /// Of the distance asked for, what sizes aim at.
 const AIM: f64 = 0.8;
 /// Largest spacing in lengths of the diagonal of the samples' box.
@@ -104,6 +104,44 @@ pub(super) fn sample(
     Ok(out)
 }
 
+/// Vertices per area that keep a distance from the surface.
+pub(super) struct ErrorSizes {
+    /// At least so many.
+    base: f64,
+    /// And so many times the curvature.
+    factor: f64,
+}
+
+impl ErrorSizes {
+    /// For a distance (> 0) and the box around the surface.
+    pub(super) fn new(most: f64, extent: &Aabb) -> Self {
+        // The middle of an equilateral triangle of side h is κh²/6 off, that of an edge κh²/8.
+        let factor = 1.0 / (CELL * 6.0 * AIM * most);
+        Self { base: 1.0 / (CELL * (WIDEST * extent.diagonal()).powi(2)), factor }
+    }
+
+    /// At the points; the least where the curvature is not known.
+    pub(super) fn density(
+        &self,
+        surface: &dyn Surface,
+        points: &[V3],
+        out: &mut [f64],
+    ) -> Result<(), String> {
+        self.known(surface, points, out)?;
+        out.iter_mut().filter(|d| d.is_nan()).for_each(|d| *d = self.base);
+        Ok(())
+    }
+
+    /// At the points; NaN where the curvature is not known.
+    pub(super) fn known(&self, surface: &dyn Surface, points: &[V3], out: &mut [f64]) -> Result<(), String> {
+        for (d, k) in out.iter_mut().zip(particles::principal_curvatures(surface, points)) {
+            let wanted = self.factor * k[0].abs();
+            *d = if wanted.is_finite() { wanted.max(self.base) } else { f64::NAN };
+        }
+        Ok(())
+    }
+}
+
 /// Sizes from curvature.
 struct Plan<'a> {
     density: Density<'a>,
@@ -128,10 +166,8 @@ impl<'a> Plan<'a> {
         let known = |i: usize| bend(i).is_finite();
         let n = samples.points.len();
         if let Resolution::Error(e) = resolution {
-            // The middle of an equilateral triangle of side h is κh²/6 off, that of an edge κh²/8.
-            let factor = 1.0 / (CELL * 6.0 * AIM * e);
-            let extent = Aabb::around(&samples.points).map_or(1.0, |b| b.diagonal());
-            let base = 1.0 / (CELL * (WIDEST * extent).powi(2));
+            let extent = Aabb::around(&samples.points).unwrap_or(Aabb::new([0.0; 3], [1.0; 3]));
+            let ErrorSizes { base, factor } = ErrorSizes::new(e, &extent);
             let mut plan =
                 Self { density: Density::Uniform, base, factor, power: 1, count: 0.0, bent: 0.0, turn: None };
             let least = plan.base;

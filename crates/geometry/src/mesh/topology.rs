@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::sides::sides;
+
 /// Something that a proper mesh does not have. Numbers are those of vertices and faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
@@ -86,14 +88,10 @@ impl Topology {
         let good: Vec<bool> =
             faces.iter().enumerate().map(|(f, v)| out.names_vertices(f as u32, *v)).collect();
         // Each side of a face: its edge, the face, and whether it runs from the smaller number to the larger.
-        let mut sides: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(3 * faces.len());
-        for (f, v) in faces.iter().enumerate().filter(|(f, _)| good[*f]) {
-            for k in 0..3 {
-                let (a, b) = (v[k], v[(k + 1) % 3]);
-                sides.push((a.min(b), a.max(b), f as u32, a < b));
-            }
-        }
-        sides.sort_unstable();
+        let sides: Vec<(u32, u32, u32, bool)> = sides(vertices, faces, |f| good[f])
+            .into_iter()
+            .map(|(a, b, s)| (a, b, s / 3, faces[s as usize / 3][s as usize % 3] == a))
+            .collect();
         let mut parts = Parts::new(vertices);
         let mut open: Vec<(u32, u32)> = Vec::new();
         // Corners of faces, joined across shared edges: each fan around a vertex is one set.
@@ -193,12 +191,19 @@ impl Topology {
         fan_of: &[u32],
     ) {
         self.component = vec![u32::MAX; self.vertices];
-        let mut number = std::collections::HashMap::new();
+        let (mut number, mut many) = (vec![u32::MAX; self.vertices], 0);
         for v in faces.iter().zip(good).filter(|(_, g)| **g).flat_map(|(v, _)| *v) {
-            let next = number.len() as u32;
-            self.component[v as usize] = *number.entry(parts.root(v)).or_insert(next);
+            if self.component[v as usize] != u32::MAX {
+                continue;
+            }
+            let n = &mut number[parts.root(v) as usize];
+            if *n == u32::MAX {
+                (*n, many) = (many, many + 1);
+            }
+            self.component[v as usize] = *n;
         }
-        self.euler = vec![0; number.len()];
+        let many = many as usize;
+        self.euler = vec![0; many];
         for (v, c) in self.component.iter().enumerate() {
             if fan_of[v] != u32::MAX {
                 self.euler[*c as usize] += 1;
@@ -212,7 +217,7 @@ impl Topology {
         }
         let mut loops = Parts::new(self.vertices);
         open.iter().for_each(|&(a, b)| loops.join(a, b));
-        self.boundary_of = vec![0; number.len()];
+        self.boundary_of = vec![0; many];
         let mut roots: Vec<u32> = open.iter().map(|&(a, _)| loops.root(a)).collect();
         roots.sort_unstable();
         roots.dedup();

@@ -90,6 +90,11 @@ impl Vertices {
         }
     }
 
+    /// The axes of the faces of the bounds that both vertices lie on, as bits.
+    pub(super) fn common_faces(&self, i: u32, j: u32) -> u8 {
+        self.faces[i as usize] & self.faces[j as usize]
+    }
+
     /// Whether two vertices lie on one face of the bounds.
     pub(super) fn share_face(&self, i: u32, j: u32) -> bool {
         let (i, j) = (i as usize, j as usize);

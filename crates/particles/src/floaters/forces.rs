@@ -5,8 +5,9 @@ use std::sync::Arc;
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::kernel::gauss;
+use crate::kernel::gauss_single;
 use crate::neighbors::{Neighbors, Reach};
+use crate::repulsion::fold;
 use crate::swarm::{doubt, share};
 use crate::vector::{V3, dot, sub};
 
@@ -112,8 +113,11 @@ pub(super) fn forces(
 const CHUNK: usize = 1024;
 /// Pairs that are evaluated together: a fixed number, so that no vector width changes a sum.
 const LANES: usize = 8;
+/// Where the energies end, in u = d²/2σ².
+const END: f32 = (0.5 * CUTOFF * CUTOFF) as f32;
 
-/// The sums over the neighbours of some floaters.
+/// The sums over the neighbours of some floaters, in single precision: distances are taken in double precision and then measured
+/// in σ^i, so that a force is rounded to 2e-5 of what one neighbour exerts, at any place and scale.
 struct Sums<'a> {
     first: usize,
     force: &'a mut [Force],
@@ -134,78 +138,68 @@ impl pulp::NullaryFnOnce for Sums<'_> {
         let Self { first, force, points, normals, sigma, inverse, alpha, lists } = self;
         for (k, force) in force.iter_mut().enumerate() {
             let i = first + k;
-            let (p, own) = (points[i], inverse[i]);
-            let (mut sum, mut energy, mut slope) = ([[0.0; LANES]; 3], [0.0; LANES], [0.0; LANES]);
+            let (p, own) = (points[i], sigma[i]);
+            let (unit, square) = (1.0 / own, own * own);
+            let (mut sum, mut energy, mut slope) = ([[0.0f32; LANES]; 3], [0.0f32; LANES], [0.0f32; LANES]);
             for some in lists.of(i).chunks(LANES) {
-                let (mut r, mut other) = ([[0.0; LANES]; 3], [own; LANES]);
                 // Lanes without a neighbour are out of reach.
-                let mut d2 = [f64::MAX; LANES];
-                let (mut part, mut marks) = ([1.0; LANES], 0);
+                let mut r = [[1e3f32; LANES], [0.0; LANES], [0.0; LANES]];
+                let mut ratio = [1.0f32; LANES];
+                let (mut part, mut marks) = ([1.0f32; LANES], 0);
                 for (l, &entry) in some.iter().enumerate() {
                     let j = (entry & !Neighbors::MARK) as usize;
                     let q = points[j];
                     marks |= entry;
-                    (r[0][l], r[1][l], r[2][l]) = (p[0] - q[0], p[1] - q[1], p[2] - q[2]);
-                    d2[l] = r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l];
-                    other[l] = inverse[j];
+                    r[0][l] = ((p[0] - q[0]) * unit) as f32;
+                    r[1][l] = ((p[1] - q[1]) * unit) as f32;
+                    r[2][l] = ((p[2] - q[2]) * unit) as f32;
+                    ratio[l] = (square * inverse[j]) as f32;
                 }
                 if marks & Neighbors::MARK != 0 {
                     for (l, &entry) in some.iter().enumerate().filter(|e| e.1 & Neighbors::MARK != 0) {
                         let j = (entry & !Neighbors::MARK) as usize;
-                        part[l] = share(p, points[j], normals[i], normals[j]);
+                        part[l] = share(p, points[j], normals[i], normals[j]) as f32;
                     }
                 }
                 for l in 0..LANES {
-                    let (ij, ji) = (pair_energy(alpha, d2[l], own), pair_energy(alpha, d2[l], other[l]));
-                    let (ij, ji) = (part[l] * ij, part[l] * ji);
+                    let u = 0.5 * (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
+                    let (ij, ji) = (part[l] * faded(u), part[l] * faded(u * ratio[l]));
                     // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
-                    let push = ij + ji * other[l] / own;
+                    let push = ij + ji * ratio[l];
                     sum[0][l] += push * r[0][l];
                     sum[1][l] += push * r[1][l];
                     sum[2][l] += push * r[2][l];
                     energy[l] += ij;
-                    slope[l] += if ij > 0.0 { d2[l] * ij } else { 0.0 };
+                    slope[l] += u * ij;
                 }
             }
             *force = Force {
-                desired: [total(sum[0]), total(sum[1]), total(sum[2])],
-                energy: total(energy),
-                energy_by_sigma: total(slope) / (sigma[i] * sigma[i] * sigma[i]),
+                desired: sum.map(|s| alpha * own * fold(s)),
+                energy: alpha * fold(energy),
+                energy_by_sigma: 2.0 * alpha * unit * fold(slope),
             };
         }
     }
 }
 
-/// α exp(-d²/2σ²), cut off.
+/// exp(-u), cut off.
 #[inline(always)]
-fn pair_energy(alpha: f64, d2: f64, inverse: f64) -> f64 {
-    const END: f64 = 0.5 * CUTOFF * CUTOFF;
-    let u = 0.5 * d2 * inverse;
-    let e = alpha * gauss(u.min(END));
-    if u > END { 0.0 } else { e }
-}
-
-/// The sum of the lanes, in a fixed order.
-#[inline(always)]
-fn total(mut s: [f64; LANES]) -> f64 {
-    let mut half = LANES / 2;
-    while half > 0 {
-        for l in 0..half {
-            s[l] += s[l + half];
-        }
-        half /= 2;
-    }
-    s[0]
+fn faded(u: f32) -> f32 {
+    let e = gauss_single(if u < END { u } else { END });
+    if u < END { e } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn energy(alpha: f64, d2: f64, sigma: f64) -> f64 {
-        pair_energy(alpha, d2, 1.0 / (sigma * sigma))
-    }
     use crate::rng::{Rng, Stream};
+
+    /// α exp(-d²/2σ²), cut off.
+    fn energy(alpha: f64, d2: f64, sigma: f64) -> f64 {
+        let u = 0.5 * d2 / (sigma * sigma);
+        if u < f64::from(END) { alpha * (-u).exp() } else { 0.0 }
+    }
 
     /// E^i = Σ_j (E^ij + E^ji).
     fn total(points: &[V3], sigma: &[f64], i: usize) -> f64 {
@@ -232,8 +226,8 @@ mod tests {
                 down[i][a] -= h;
                 let slope = (total(&up, &sigma, i) - total(&down, &sigma, i)) / (2.0 * h);
                 let expected = -sigma[i] * sigma[i] * slope;
-                // The cutoff lets pairs drop out, which moves the difference by up to 6 exp(-8) σ²/h per pair.
-                assert!((force[i].desired[a] - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{i} {a}");
+                // In single precision; the cutoff lets pairs drop out, which moves the difference by up to 6 exp(-8) σ²/h per pair.
+                assert!((force[i].desired[a] - expected).abs() < 2e-5 * (1.0 + expected.abs()), "{i} {a}");
             }
             let d = |s: f64| {
                 let others = (0..40).filter(|&j| j != i);
@@ -245,8 +239,8 @@ mod tests {
                     .sum::<f64>()
             };
             let slope = (d(sigma[i] + h) - d(sigma[i] - h)) / (2.0 * h);
-            assert!((force[i].energy - d(sigma[i])).abs() < 1e-9 * d(sigma[i]).max(1.0));
-            assert!((force[i].energy_by_sigma - slope).abs() < 1e-5 * (1.0 + slope.abs()), "{i}");
+            assert!((force[i].energy - d(sigma[i])).abs() < 2e-5 * d(sigma[i]).max(1.0));
+            assert!((force[i].energy_by_sigma - slope).abs() < 2e-5 * (1.0 + slope.abs()), "{i}");
         }
     }
 }

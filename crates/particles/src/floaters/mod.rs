@@ -9,9 +9,10 @@ mod forces;
 pub mod modes;
 
 use isoswarm_field::{Aabb, Surface};
+use rayon::prelude::*;
 
 use crate::Error;
-use crate::constraint::{Target, Walls, evaluate, floater_velocity, project};
+use crate::constraint::{CHUNK, Target, Walls, evaluate, floater_velocity, project};
 use crate::neighbors::Grid;
 use crate::rng::{Rng, Stream};
 use crate::vector::{V3, add, along, dot, norm, scale, sub, unit};
@@ -128,6 +129,15 @@ const SHARP: f64 = 0.5;
 /// and counts as one that does for so many steps.
 const CREASE_STEPS: u8 = 32;
 
+/// A floater after a step.
+struct Moved {
+    point: V3,
+    velocity: V3,
+    sigma: f64,
+    /// |F|/|∇F| before it.
+    off: f64,
+}
+
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Happened {
@@ -199,31 +209,20 @@ impl Floaters {
         // Repulsion forces between floaters set their desired velocities P^i (eq. 9).
         let force = forces(&self.points, &sheets, &self.sigma, p.alpha, &mut self.kept);
 
-        // Actual velocities, constrained by the surface and its motion (eq. 5). Where the gradient vanishes the
-        // surface is ill-defined and a floater rests. A step does not exceed σ̂ or σ^i, whichever is larger.
-        let distance = |i: usize| {
-            let d = value[i].abs() / norm(gradient[i]);
-            if value[i].is_finite() && !d.is_finite() { 0.0 } else { d }
-        };
-        self.off =
-            (0..self.len()).map(distance).fold(0.0, |a, d| if d.is_nan() { f64::INFINITY } else { a.max(d) });
-        for i in 0..self.len() {
-            let moving = motion.get(i).copied().unwrap_or(0.0);
-            let desired = walls.slide(self.points[i], self.normals[i], force[i].desired);
-            let v = floater_velocity(desired, value[i], gradient[i], moving, p.phi, least);
-            let fastest = self.desired_radius(i, p).max(self.sigma[i]) / p.dt;
-            self.velocity[i] = scale(v, (fastest / norm(v)).min(1.0));
+        // Actual velocities, constrained by the surface and its motion (eq. 5); changes of the repulsion radii (eqs. 12, 10 and 13);
+        // Euler's method for both.
+        let each = (0..self.len()).into_par_iter().with_min_len(CHUNK);
+        let moved: Vec<Moved> = each
+            .map(|i| {
+                let moving = motion.get(i).copied().unwrap_or(0.0);
+                self.moved(i, &walls, p, (value[i], gradient[i], moving, least), &force[i])
+            })
+            .collect();
+        self.off = 0.0;
+        for (i, m) in moved.into_iter().enumerate() {
+            self.off = if m.off.is_nan() { f64::INFINITY } else { self.off.max(m.off) };
+            (self.points[i], self.velocity[i], self.sigma[i]) = (m.point, m.velocity, m.sigma);
             self.energy[i] = force[i].energy;
-        }
-
-        // Changes of the repulsion radii (eqs. 12, 10 and 13) and Euler's method for both.
-        for i in 0..self.len() {
-            self.points[i] = walls.clamp(along(self.points[i], p.dt, self.velocity[i]));
-            if p.adaptive {
-                let rate = radius_rate(&force[i], self.sigma[i], p);
-                // Not to less than half in a step, and never beyond σ^max.
-                self.sigma[i] = (self.sigma[i] + p.dt * rate).max(0.5 * self.sigma[i]).min(p.sigma_max);
-            }
         }
         self.project(surface, &walls, p, least, evaluations)?;
         let happened = if p.adaptive {
@@ -234,6 +233,32 @@ impl Floaters {
         self.steps += 1;
         self.size.clear();
         Ok(happened)
+    }
+
+    /// Where a floater goes. Where the gradient vanishes the surface is ill-defined and it rests. A step does not exceed σ̂ or σ^i,
+    /// whichever is larger.
+    fn moved(
+        &self,
+        i: usize,
+        walls: &Walls,
+        p: &Parameters,
+        (value, gradient, moving, least): (f64, V3, f64, f64),
+        force: &Force,
+    ) -> Moved {
+        let off = value.abs() / norm(gradient);
+        let off = if value.is_finite() && !off.is_finite() { 0.0 } else { off };
+        let desired = walls.slide(self.points[i], self.normals[i], force.desired);
+        let v = floater_velocity(desired, value, gradient, moving, p.phi, least);
+        let fastest = self.desired_radius(i, p).max(self.sigma[i]) / p.dt;
+        let velocity = scale(v, (fastest / norm(v)).min(1.0));
+        let point = walls.clamp(along(self.points[i], p.dt, velocity));
+        let mut sigma = self.sigma[i];
+        if p.adaptive {
+            // Not to less than half in a step, and never beyond σ^max.
+            let rate = radius_rate(force, sigma, p);
+            sigma = (sigma + p.dt * rate).max(0.5 * sigma).min(p.sigma_max);
+        }
+        Moved { point, velocity, sigma, off }
     }
 
     /// Takes the normals over, and gives those by which floaters tell who is on their sheet: none, which means all sheets, for those

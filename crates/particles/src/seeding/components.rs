@@ -3,6 +3,7 @@
 //! Neighbours with similar normals on one sheet are connected. What that leaves apart is joined where a walk on the
 //! surface leads from one set to another: over creases, around thin rims, through necks between the points.
 
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 use isoswarm_field::{FieldError, Surface};
@@ -172,6 +173,8 @@ impl Shortest {
 
 /// Radius within which floaters on one smooth sheet are connected, in square roots of the mean cell.
 const ADJACENT: f64 = 1.5;
+/// Floaters whose neighbours one task looks through.
+const TASK: usize = 1024;
 /// Fewest floaters that make a component of their own where the seeds did not see one.
 const FEWEST: usize = 3;
 
@@ -189,17 +192,21 @@ pub(crate) fn divide(
     let Swarm { points, normals, label, .. } = swarm;
     let n = points.len();
     let mut sets = Sets::new(n);
-    for i in 0..n {
-        for &j in lists.of(i).iter().filter(|j| **j > i as u32) {
-            let k = j as usize;
+    let adjacent = |i: usize| {
+        lists.of(i).iter().filter(move |j| **j > i as u32).filter(move |j| {
+            let k = **j as usize;
             let r = sub(points[k], points[i]);
             let d = norm(r);
             let flat = dot(r, normals[i]).abs().max(dot(r, normals[k]).abs()) < 0.55 * d;
-            if flat && d < ADJACENT * spacing && dot(normals[i], normals[k]) > 0.4 {
-                sets.join(i as u32, j);
-            }
-        }
-    }
+            flat && d < ADJACENT * spacing && dot(normals[i], normals[k]) > 0.4
+        })
+    };
+    let rows: Vec<usize> = (0..n).collect();
+    let pairs: Vec<Vec<(u32, u32)>> = rows
+        .par_chunks(TASK)
+        .map(|rows| rows.iter().flat_map(|&i| adjacent(i).map(move |&j| (i as u32, j))).collect())
+        .collect();
+    pairs.into_iter().flatten().for_each(|(i, j)| sets.join(i, j));
     let grid = Grid::new(points, None, NEAR * spacing);
     for round in 0..ROUNDS {
         let set: Vec<u32> = (0..n as u32).map(|i| sets.find(i)).collect();

@@ -1,0 +1,200 @@
+//! Meshes made coarse to fine: few samples, stitched, and every triangle made four until there are as many as asked for.
+//!
+//! Few samples cost little to spread and to stitch, and what is done to their mesh (repair, valences, smoothing) costs little too. Its
+//! children inherit its topology, and new vertices have six triangles; a few rounds of smoothing round off what is left of their
+//! parents' edges. That is right where the coarse mesh resolves the surface; where it does not, or does not show that it does,
+//! more samples are tried, and at last as many as there are to be vertices.
+
+use isoswarm_field::vector::{V3, cross, dot, norm, sub};
+use isoswarm_field::{Aabb, FieldError, Surface};
+use isoswarm_particles as particles;
+use isoswarm_particles::{Amount, Density, Error, Options, Progress, Samples, Search, Status};
+use rayon::prelude::*;
+
+use super::build::{Draft, Meshed, Resolution, finish, improve};
+use super::crease::Segments;
+use super::error;
+use super::sizes::{CELL, ErrorSizes, TURN as SHARP};
+use super::subdivide::subdivide;
+
+/// Fewest samples, and as many for each component.
+const FEWEST: f64 = 500.0;
+/// The same where a distance is asked for, which counts more than good triangles.
+const FEWEST_FOR_ERROR: f64 = 300.0;
+/// Most subdivisions.
+const LEVELS: u32 = 3;
+/// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
+const TURN: f64 = 1.0;
+/// Cosine between a coarse triangle and the normals at its corners, at least.
+const LEVEL: f64 = 0.75;
+/// The same for the triangles of the result.
+const FLAT: f64 = 0.85;
+/// Rounds of smoothing after each subdivision.
+const ROUNDS: usize = 6;
+/// The same where a distance is asked for.
+const ROUNDS_FOR_ERROR: usize = 3;
+
+/// What [`mesh`] is asked for.
+pub(super) struct Wish {
+    pub(super) resolution: Resolution,
+    pub(super) creases: bool,
+    pub(super) smoothing: usize,
+    pub(super) intersections: bool,
+    pub(super) seed: u64,
+    pub(super) most: usize,
+}
+
+/// A mesh from few samples; `None` where few do not resolve the surface.
+pub(super) fn mesh(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    wish: &Wish,
+    progress: &mut dyn FnMut(&Progress) -> std::ops::ControlFlow<particles::Stop>,
+) -> Result<Option<Meshed>, Error> {
+    if matches!(wish.resolution, Resolution::Count(n) if (n as f64) < FEWEST * part(1)) {
+        return Ok(None);
+    }
+    let stopped = std::cell::Cell::new(false);
+    let mut tell = |p: &Progress| {
+        let answer = progress(p);
+        stopped.set(stopped.get() || answer.is_break());
+        answer
+    };
+    let search = Search::new(surface, bounds, wish.seed, Some(&mut tell))?;
+    let Some(extent) = search.extent().filter(|e| e.diagonal() > 0.0) else { return Ok(None) };
+    let (n, sizes) = match wish.resolution {
+        Resolution::Count(n) => (n as f64, None),
+        Resolution::Spacing(s) if s > 0.0 && s.is_finite() => {
+            let area = search.integral(|_, out| {
+                out.fill(1.0);
+                Ok(())
+            })?;
+            (area / (CELL * s * s), None)
+        }
+        Resolution::Error(e) if e > 0.0 && e.is_finite() => {
+            let sizes = ErrorSizes::new(e, &extent);
+            (search.integral(|points, out| sizes.known(surface, points, out))?, Some(sizes))
+        }
+        _ => return Ok(None),
+    };
+    if n > wish.most as f64 {
+        return Ok(None);
+    }
+    let density = |points: &[V3], out: &mut [f64]| match &sizes {
+        Some(sizes) => sizes.density(surface, points, out),
+        None => Ok(()),
+    };
+    let fewest = if sizes.is_some() { FEWEST_FOR_ERROR } else { FEWEST };
+    let enough = |level: &u32| n >= fewest * part(*level);
+    let mut level = (0..=LEVELS).rev().find(enough).unwrap_or(0);
+    let mut evaluations = 0;
+    while level > 0 {
+        let options = Options {
+            amount: match wish.resolution {
+                Resolution::Spacing(s) => Amount::Spacing(s * part(level).sqrt()),
+                _ => Amount::Count((n / part(level)).ceil() as usize),
+            },
+            density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
+            creases: wish.creases,
+            most: wish.most,
+            progress: Some(&mut tell),
+            ..Options::default()
+        };
+        let samples = match search.sample(options) {
+            Err(Error::TooFew { .. }) => {
+                level -= 1;
+                continue;
+            }
+            other => other?,
+        };
+        let Some(most) = turn(&samples) else { return Ok(None) };
+        if stopped.get() {
+            return Ok(None);
+        }
+        let before = samples.report.evaluations;
+        if most <= TURN
+            && let Some(mut made) = refine(surface, bounds, samples, level, wish)?
+        {
+            made.report.evaluations += evaluations;
+            return Ok(Some(made));
+        }
+        evaluations += before;
+        // Each level halves the turn.
+        level -= 1;
+        while level > 0 && 0.5 * most > 1.2 * TURN {
+            level -= 1;
+        }
+    }
+    Ok(None)
+}
+
+/// How many vertices come from one sample.
+fn part(level: u32) -> f64 {
+    4f64.powi(level as i32)
+}
+
+/// Largest turn of the normal within the spacing; `None` where more samples of this kind are of no use.
+fn turn(samples: &Samples) -> Option<f64> {
+    if samples.points.is_empty() || samples.creases.is_some() {
+        return None;
+    }
+    let one = |i: usize| 2.0 * samples.radii[i] * samples.curvatures[i][0].abs();
+    let mut turns = (0..samples.points.len()).map(one);
+    turns.try_fold(0.0f64, |m, t| t.is_finite().then(|| m.max(t)))
+}
+
+/// Stitches samples and subdivides the triangles; `None` where the mesh is not in order at any stage.
+fn refine(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    mut samples: Samples,
+    level: u32,
+    wish: &Wish,
+) -> Result<Option<Meshed>, FieldError> {
+    let Draft { mut triangles, mut vertices, mut held, mut report } =
+        Draft::stitch(surface, bounds, &samples)?;
+    if !report.doubtful.is_empty() || !report.warnings.is_empty() {
+        return Ok(None);
+    }
+    let segments = Segments::default();
+    improve(surface, wish.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, LEVEL) {
+        return Ok(None);
+    }
+    let error = match wish.resolution {
+        Resolution::Error(e) => Some(e),
+        _ => None,
+    };
+    let rounds = if error.is_some() { ROUNDS_FOR_ERROR } else { ROUNDS };
+    for _ in 0..level {
+        let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { return Ok(None) };
+        triangles = finer;
+        held.resize(vertices.len(), false);
+        improve(surface, rounds, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    }
+    if let Some(most) = error {
+        error::refine(surface, most, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    }
+    if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, FLAT) {
+        return Ok(None);
+    }
+    let spacing = vertices.spacing.clone();
+    // How even the few samples were is of no concern any more.
+    samples.report.status = Status::Converged;
+    let out = finish(surface, &samples, wish.intersections, true, vertices, triangles.faces, report)?;
+    // Finer features, which the few samples have not seen: as many samples as vertices see more of them.
+    let bends = |(k, s): (&[f64; 2], &f64)| k[0].abs() * s > SHARP;
+    let seen = error.is_some() || !out.mesh.curvatures.iter().zip(&spacing).any(bends);
+    let whole = out.report.is_sound() && out.report.topology.components() == samples.report.components;
+    Ok((seen && whole).then_some(out))
+}
+
+/// Whether every triangle lies along the surface at its corners: the cosine between them is above `least`.
+fn faces_outwards(faces: &[[u32; 3]], points: &[V3], normals: &[V3], least: f64) -> bool {
+    faces.par_iter().with_min_len(2048).all(|f| {
+        let [a, b, c] = f.map(|v| points[v as usize]);
+        let front = cross(sub(b, a), sub(c, a));
+        let length = norm(front);
+        f.iter().all(|&v| dot(front, normals[v as usize]) > least * length)
+    })
+}
