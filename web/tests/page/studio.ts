@@ -183,7 +183,7 @@ export async function fromGallery(page: Page, title: string): Promise<void> {
 export async function openFromGallery(page: Page, title: string): Promise<void> {
   await page.keyboard.press('g');
   await page.getByRole('dialog').getByRole('button', { name: title, exact: false }).first().click();
-  await expect(page.getByLabel('Name of the scene')).toHaveValue(title, { timeout: 60_000 });
+  await expect(page.getByLabel('Name of the scene')).toHaveValue(title, { timeout: 100_000 });
 }
 
 /** Types a formula in the gallery and opens it. */

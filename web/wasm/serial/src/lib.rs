@@ -60,7 +60,10 @@ pub trait ParallelIterator: Iterator + Sized {
 
     /// `flat_map`.
     #[inline(always)]
-    fn flat_map_iter<U: IntoIterator, F: FnMut(Self::Item) -> U>(self, f: F) -> std::iter::FlatMap<Self, U, F> {
+    fn flat_map_iter<U: IntoIterator, F: FnMut(Self::Item) -> U>(
+        self,
+        f: F,
+    ) -> std::iter::FlatMap<Self, U, F> {
         self.flat_map(f)
     }
 
