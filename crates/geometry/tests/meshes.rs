@@ -427,7 +427,9 @@ fn a_live_mesh_follows_blobs_that_merge_and_part() {
         let way = 1.0 - f64::from(frames - i32::abs(frame - frames)) / f64::from(frames);
         let surface = two_blobs(0.5 + 0.5 * way);
         for k in 0..4 {
-            floaters.step(&surface, &bounds, &[], &parameters, (5 * frame + k) as u64, &mut evaluations).unwrap();
+            floaters
+                .step(&surface, &bounds, &[], &parameters, (5 * frame + k) as u64, &mut evaluations)
+                .unwrap();
         }
         let before = live.mesh().ids.clone();
         let done = live.update(&floaters.points, &floaters.normals, &floaters.id, s.report.spacing);
