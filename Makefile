@@ -42,6 +42,8 @@ lint: setup
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --all-features --locked -- -D warnings
 	CLIPPY_CONF_DIR=scripts/determinism $(CARGO) clippy --lib -p isoswarm-field -p isoswarm-particles --locked -- -D warnings
+	$(CARGO) fmt --manifest-path web/wasm/Cargo.toml --all --check
+	$(CARGO) clippy --manifest-path web/wasm/Cargo.toml --target-dir target --workspace --locked -- -D warnings
 	$(PY) scripts/check_layers.py
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .

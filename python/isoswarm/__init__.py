@@ -25,6 +25,7 @@ from isoswarm.loading import from_function, load, parse
 from isoswarm.measuring import Estimate, Measures, Moments, measure
 from isoswarm.meshing import Mesh, MeshReport, TriangleQuality, mesh
 from isoswarm.molecules import Atoms, molecule, read_atoms
+from isoswarm.motion import surface_velocity
 from isoswarm.patches import Parametric, ParametricSamples, parametric
 from isoswarm.pins import DragResult, FitResult, Floaters, Moment, Pin, Transfer
 from isoswarm.rendering import Image, render, turntable
@@ -90,6 +91,7 @@ __all__ = [
     "render",
     "sample",
     "shapes",
+    "surface_velocity",
     "turntable",
 ]
 

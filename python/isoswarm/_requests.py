@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal, SupportsFloat
 
 import numpy as np
 
+from isoswarm import _core
 from isoswarm._arrays import as_bounds, as_floats
+from isoswarm.field import Field
 from isoswarm.pins import Floaters, Moment, Progress
 
 if TYPE_CHECKING:
@@ -27,10 +29,14 @@ class Watch:
         self.ended = False
         self.function = None if progress is None else self._call
 
-    def _call(self, steps: int, most: int, remaining: float, clock: int, columns: Any, marks: Any) -> bool:
+    def _call(
+        self, steps: int, most: int, remaining: float, clock: int, columns: Any, marks: Any, model: _core.Model
+    ) -> bool:
         assert self._progress is not None
         pins, normals = marks
-        moment = Moment(steps, most, remaining, clock, Floaters(*columns), pins, normals, *self._place)
+        moment = Moment(
+            steps, most, remaining, clock, Floaters(*columns), pins, normals, *self._place, model=Field(model)
+        )
         self.ended = self._progress(moment) is False
         return not self.ended
 
@@ -40,7 +46,7 @@ class Watch:
             return True
         core = scene._inner
         self._place = (self._place[0] + 1, self._place[1])
-        return self._call(0, 0, 0.0, core.clock, core.floaters(), core.marks())
+        return self._call(0, 0, 0.0, core.clock, core.floaters(), core.marks(), core.model())
 
 
 def as_json(value: Any) -> str:
@@ -92,12 +98,14 @@ def as_settings(settings: dict[str, Any], changes: dict[str, Any], axes: int) ->
             settings["bounds"] = None if value is None else [c.tolist() for c in as_bounds(value, axes)]
         elif key in ("gain", "speed", "recovery", "curvature"):
             settings[key] = as_number(value, key)
+        elif key == "follow":
+            settings[key] = bool(value)
         elif key == "focus":
             settings["focus"] = None
             if value is not None:
                 radius, factor = as_floats("focus", value, (2,)).tolist()
                 settings["focus"] = {"radius": radius, "factor": factor}
         else:
-            known = "n, spacing, seed, bounds, gain, speed, recovery, curvature, focus"
+            known = "n, spacing, seed, bounds, gain, speed, recovery, curvature, follow, focus"
             raise TypeError(f"there is no setting {key!r}; there are: {known}")
     return settings

@@ -118,7 +118,7 @@ class Lattice(Adapter):
 
 
 class Adapting:
-    """An adapter that is on, from :meth:`Scene.adapt`; it goes with :meth:`accept`, :meth:`keep` or :meth:`cancel`.
+    """An adapter that is on, from :meth:`Scene.adapt` or :attr:`Scene.adapter`; it goes with :meth:`accept`, :meth:`keep` or :meth:`cancel`.
 
     Examples
     --------
@@ -134,7 +134,7 @@ class Adapting:
 
     """
 
-    def __init__(self, scene: Scene, path: str, adapter: Adapter) -> None:
+    def __init__(self, scene: Scene, path: str, adapter: Adapter | str) -> None:
         self._scene = scene
         self._ended: Transfer | None = None
         self.path = path

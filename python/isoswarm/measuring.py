@@ -99,6 +99,9 @@ class Measures:
         Where something is not guaranteed: ends of the surface, creases, singular points.
     notes : tuple of str
         What is not guaranteed, and why; empty where all is well.
+    reliable : bool
+        Whether the errors can be relied on: the triangles cover the surface once, as far as can be told. Not so where
+        they have holes inside the box, or are no oriented manifold: then the errors are wide guesses.
 
     """
 
@@ -118,6 +121,7 @@ class Measures:
     weights: Floats
     places: Floats
     notes: tuple[str, ...]
+    reliable: bool
 
     def as_dict(self) -> dict[str, Any]:
         """Plain types only, ready for JSON; without points, faces and weights."""
@@ -134,6 +138,7 @@ class Measures:
             "triangles": len(self.faces),
             "places": self.places.tolist(),
             "notes": list(self.notes),
+            "reliable": self.reliable,
         }
 
     def rows(self) -> list[tuple[str, str]]:
@@ -303,6 +308,7 @@ def _result(found: dict[str, Any], names: list[str], curvature: bool) -> Measure
         weights=found["weights"],
         places=found["places"],
         notes=(*found["warnings"], *found["notes"]),
+        reliable=found["reliable"],
     )
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from isoswarm._arrays import Floats
 
 if TYPE_CHECKING:
+    from isoswarm.field import Field
     from isoswarm.scene import Scene
 
 __all__ = ["DragResult", "FitResult", "Floaters", "Moment", "Pin", "PinLike", "Progress", "Transfer"]
@@ -180,6 +181,8 @@ class Moment:
         Gradients of the field there.
     command, commands : int
         In a replay: how many commands have been carried out, of so many.
+    model : Field or None
+        The model with its present parameters: a value of its own, which does not change any more.
 
     """
 
@@ -192,6 +195,7 @@ class Moment:
     pin_normals: Floats = field(repr=False)
     command: int = 0
     commands: int = 1
+    model: Field | None = field(default=None, repr=False)
 
 
 Progress = Callable[[Moment], object]

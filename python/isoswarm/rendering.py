@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -79,6 +79,7 @@ def render(
     ambient_occlusion: float = 1.0,
     supersampling: int = 3,
     disc_scale: float | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> Image:
     """Draw a field, a scene, samples, a mesh, or several of them in one picture.
 
@@ -133,6 +134,9 @@ def render(
         1 to 4: smoother edges, more time.
     disc_scale : float, optional
         Factor on the radii of discs.
+    progress : callable, optional
+        Called with the part of the picture that is done, 0 to 1, up to 20 times a second. An exception in it ends the
+        work, as Ctrl-C does.
 
     Returns
     -------
@@ -215,6 +219,7 @@ def render(
         shadow=shadow,
         ambient_occlusion=ambient_occlusion,
         frame=None if frame is None else as_points(frame, 3, "frame"),
+        progress=progress,
     )
     if empty:
         message = "there is nothing to see; check the sign of the field (F < 0 inside), or pass other bounds"

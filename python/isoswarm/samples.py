@@ -64,7 +64,11 @@ class Report:
     components : int
         Connected components found.
     certified : bool
-        Whether interval arithmetic has shown that no component was missed.
+        Whether interval arithmetic accounts for the whole of the bounds: every box of the first search that may hold a
+        piece of the surface holds a sample, is next to one that does, or has been shown to be empty. Only components smaller
+        than such a box and as close to another can have been missed; `iso.certify` proves the number where it can.
+    resolution : float
+        Largest side of the boxes of the first search, in model units.
     max_error : float
         Largest abs(F)/‖∇F‖ over the samples with a gradient, in model units.
     evenness : Evenness
@@ -90,6 +94,7 @@ class Report:
     reason: str
     components: int
     certified: bool
+    resolution: float
     max_error: float
     evenness: Evenness
     spacing: float
@@ -324,8 +329,10 @@ class Samples:
     def to_open3d(self) -> Any:
         """As an ``open3d.geometry.PointCloud`` with normals; needs open3d."""
         open3d = _library("open3d")
-        cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(self.points))
-        cloud.normals = open3d.utility.Vector3dVector(self.normals)
+        # It takes arrays that may be written to only.
+        columns = [open3d.utility.Vector3dVector(column.copy()) for column in (self.points, self.normals)]
+        cloud = open3d.geometry.PointCloud(columns[0])
+        cloud.normals = columns[1]
         return cloud
 
     def to_pyvista(self) -> Any:

@@ -53,6 +53,9 @@ class Scene(EditableScene):
     curvature : float, optional
         Denser floaters where the surface bends, 0 to 1; by default 0, the same everywhere. At 1 their number per area
         grows with the square of the curvature, between one quarter and four times that of uniform ones.
+    follow : bool, optional
+        Whether floaters go along with the surface where it moves, keeping their normals, as if painted on it; see
+        :func:`surface_velocity`. By default they take the shortest way to where it is.
     focus : pair of float, optional
         ``(radius, factor)``: within about `radius` (model units) of the dragged pins the floaters' spacing is `factor`
         times that elsewhere, above 0 to 1.
@@ -91,6 +94,7 @@ class Scene(EditableScene):
         speed: float | None = None,
         recovery: float | None = None,
         curvature: float | None = None,
+        follow: bool | None = None,
         focus: tuple[float, float] | None = None,
     ) -> None:
         if isinstance(model, str):
@@ -108,6 +112,7 @@ class Scene(EditableScene):
             "speed": speed,
             "recovery": recovery,
             "curvature": curvature,
+            "follow": follow,
             "focus": focus,
         }
         settings = as_settings({}, {key: value for key, value in given.items() if value is not None}, model.axes)
@@ -363,6 +368,12 @@ class Scene(EditableScene):
             raise TypeError(f"adapter: expected an adapter such as iso.Bend(), given {adapter!r:.60}")
         self._do("adapt", path=path, **adapter.request())
         return Adapting(self, path, adapter)
+
+    @property
+    def adapter(self) -> Adapting | None:
+        """The adapter that is on, as :meth:`adapt` gave it; also of a scene that was saved with it. None where none is on."""
+        found = self._inner.adapter()
+        return None if found is None else Adapting(self, *found)
 
     def flatten(self, path: str) -> Transfer:
         """Take an operator off its only operand, whose parameters take its effect on.

@@ -1,7 +1,7 @@
 //! isoswarm-geometry for Python: files and pictures.
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 use isoswarm_geometry::{self as core, Background, GeometryError, Mesh, Picture, PictureOptions, PointCloud};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -109,13 +109,34 @@ pub fn interruptible<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> Result<T, GeometryError> + Send,
 ) -> PyResult<T> {
+    watched(py, None, |stop, _| work(stop))
+}
+
+/// [`interruptible`] that tells a Python function every 50 ms what part of the work is done; an exception there ends it.
+pub fn watched<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(&AtomicBool, &(dyn Fn(f64) + Sync)) -> Result<T, GeometryError> + Send,
+) -> PyResult<T> {
+    const REPORTS: Duration = Duration::from_millis(50);
     let stop = AtomicBool::new(false);
+    let part = AtomicU64::new(0);
+    // Parts are positive: their bits are in their order.
+    let told = |done: f64| {
+        part.fetch_max(done.max(0.0).to_bits(), Ordering::Relaxed);
+    };
     std::thread::scope(|scope| {
-        let worker = scope.spawn(|| work(&stop));
+        let worker = scope.spawn(|| work(&stop, &told));
         let mut raised = None;
+        let mut next = Instant::now() + REPORTS;
         while !worker.is_finished() {
             py.detach(|| std::thread::sleep(Duration::from_millis(2)));
-            if let (None, Err(error)) = (&raised, py.check_signals()) {
+            let mut asked = py.check_signals();
+            if let (Some(f), true) = (progress, asked.is_ok() && Instant::now() >= next) {
+                next = Instant::now() + REPORTS;
+                asked = f.call1(py, (f64::from_bits(part.load(Ordering::Relaxed)),)).map(drop);
+            }
+            if let (None, Err(error)) = (&raised, asked) {
                 stop.store(true, Ordering::Relaxed);
                 raised = Some(error);
             }

@@ -36,7 +36,7 @@ mod _core {
     #[pymodule_export]
     use crate::parametric::patch;
     #[pymodule_export]
-    use crate::particles::{measure, project, sample};
+    use crate::particles::{measure, project, sample, surface_velocity};
     #[pymodule_export]
     use crate::render::{Solid, Triangles, colors, render};
 

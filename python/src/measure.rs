@@ -169,5 +169,6 @@ fn dictionary(py: Python<'_>, m: Measures) -> PyResult<Bound<'_, PyDict>> {
     d.set_item("weights", arrays::from_column(py, m.weights))?;
     d.set_item("places", arrays::from_rows(py, m.places)?)?;
     d.set_item("notes", m.notes)?;
+    d.set_item("reliable", m.reliable)?;
     Ok(d)
 }

@@ -162,6 +162,7 @@ fn report<'py>(py: Python<'py>, r: &Report) -> PyResult<Bound<'py, PyDict>> {
     )?;
     d.set_item("components", r.components)?;
     d.set_item("certified", r.certified)?;
+    d.set_item("resolution", r.resolution)?;
     d.set_item("max_error", r.max_error)?;
     d.set_item("evenness", evenness(py, &r.evenness)?)?;
     d.set_item("spacing", r.spacing)?;
@@ -220,4 +221,31 @@ pub fn project<'py>(
     let mut points = arrays::points("X", &points)?;
     let left = py.detach(|| core::project(surface, &mut points, size)).map_err(errors::field)?;
     Ok((arrays::from_rows(py, points)?, arrays::from_column(py, left)))
+}
+
+/// Velocities of points of a moving surface that keep their normals, or turn them with `spin`, (n, 3). `rates` are those of
+/// parameters, by their paths; the others rest.
+#[pyfunction]
+pub fn surface_velocity<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, Model>,
+    points: PyReadonlyArray2<'py, f64>,
+    rates: Vec<(String, f64)>,
+    spin: [f64; 3],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let field = model.get().field()?.as_ref();
+    let points = arrays::points("X", &points)?;
+    let free = field.free();
+    let mut change = vec![0.0; free.len()];
+    for (path, rate) in rates {
+        let number = field.parameter(&path).map_err(errors::field)?;
+        let Some(k) = free.iter().position(|&i| i == number) else {
+            let message = format!("rates: {path} is frozen or discrete, it does not change");
+            return Err(PyValueError::new_err(message));
+        };
+        change[k] = rate;
+    }
+    let velocity =
+        py.detach(|| core::surface_velocity(field, &points, &change, spin)).map_err(errors::field)?;
+    arrays::from_rows(py, velocity)
 }

@@ -13,7 +13,7 @@ use pyo3::types::PyBytes;
 use crate::arrays;
 use crate::errors;
 use crate::field::Model;
-use crate::geometry::{Cloud, interruptible};
+use crate::geometry::{Cloud, watched};
 
 /// A solid F < 0 of a picture.
 #[pyclass(frozen, module = "isoswarm._core")]
@@ -115,7 +115,7 @@ impl Triangles {
 /// A picture as (PNG, pixels (height, width, 4), whether it is empty, whether intervals prove it).
 #[pyfunction]
 #[pyo3(signature = (cloud, solids, meshes, *, width, height, azimuth, elevation, up, field_of_view, projection, style,
-    coloring, transparent, disc_scale, supersampling, ground, shadow, ambient_occlusion, frame=None))]
+    coloring, transparent, disc_scale, supersampling, ground, shadow, ambient_occlusion, frame=None, progress=None))]
 pub fn render<'py>(
     py: Python<'py>,
     cloud: Option<PyRef<'py, Cloud>>,
@@ -137,6 +137,7 @@ pub fn render<'py>(
     shadow: f64,
     ambient_occlusion: f64,
     frame: Option<PyReadonlyArray2<'py, f64>>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyArray3<u8>>, bool, bool)> {
     let mut options = PictureOptions {
         width,
@@ -168,16 +169,16 @@ pub fn render<'py>(
             .map(|t| core::MeshLook { mesh: &t.mesh, style: t.style, colors: t.colors.as_deref() })
             .collect(),
     };
-    let work = |stop: &AtomicBool| {
-        let drawn = core::draw(&subject, frame.as_deref(), &options, stop)?;
+    let work = |stop: &AtomicBool, told: &(dyn Fn(f64) + Sync)| {
+        let drawn = core::draw_told(&subject, frame.as_deref(), &options, stop, told)?;
         let png = drawn.picture.to_png()?;
         Ok((drawn, png))
     };
     // A Python function is called on the thread that asks, where its exceptions are known.
     let (drawn, png): (Drawn, Vec<u8>) = if opaque {
-        py.detach(|| work(&AtomicBool::new(false))).map_err(errors::geometry)?
+        py.detach(|| work(&AtomicBool::new(false), &|_| {})).map_err(errors::geometry)?
     } else {
-        interruptible(py, work)?
+        watched(py, progress.as_ref(), work)?
     };
     let shape = [height as usize, width as usize, 4];
     let pixels = drawn.picture.rgba.into_pyarray(py).reshape(shape)?;

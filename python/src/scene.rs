@@ -205,6 +205,14 @@ impl Scene {
         self.lock()?.adapting().cloned().map(|r| transfer(py, r)).transpose()
     }
 
+    /// The path of the part under an adapter, and the kind of the adapter's node, while one is on.
+    fn adapter(&self) -> PyResult<Option<(String, String)>> {
+        let scene = self.lock()?;
+        let (Some(path), Some((node, _))) = (scene.adapted_path(), scene.adapter()) else { return Ok(None) };
+        let node = scene.field().model().node(node).map_err(errors::field)?;
+        Ok(Some((path.to_string(), node.kind().name.to_string())))
+    }
+
     /// The part under an adapter with its parameters as they follow it, while one is on.
     fn adapted(&self) -> PyResult<Option<Model>> {
         let scene = self.lock()?;
@@ -251,7 +259,9 @@ fn read_settings(text: &str) -> PyResult<Settings> {
 
 /// Calls a progress function; whether to go on.
 fn report(py: Python<'_>, f: &Py<PyAny>, scene: &core::Scene, p: &Progress) -> PyResult<bool> {
-    let arguments = (p.steps, p.most, p.remaining, scene.clock(), columns(py, scene)?, marks(py, scene)?);
+    let model = Model::compiled(scene.model().map_err(errors::scene)?, scene.field().clone());
+    let arguments =
+        (p.steps, p.most, p.remaining, scene.clock(), columns(py, scene)?, marks(py, scene)?, model);
     f.call1(py, arguments)?.extract(py)
 }
 

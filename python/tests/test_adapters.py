@@ -1,5 +1,7 @@
 """Adapters: dragged by their few parameters, taken off again."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -115,3 +117,27 @@ def test_a_script_tells_of_transfers() -> None:
     results = scene.replay(script)
     assert [type(r).__name__ for r in results] == ["Transfer", "Pin", "DragResult", "Transfer"]
     assert scene.parameters["translate/x"].value == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_scene_with_an_adapter_on_is_saved_and_goes_on(tmp_path: Path) -> None:
+    scene = pair()
+    assert scene.adapter is None
+    hand = scene.pin((3.5, 0, 0))
+    moving = scene.adapt("translate_2", iso.Mover()).drag(hand, to=(3.7, 0.1, 0))
+    scene.save(tmp_path / "moving.iso.json")
+    again = iso.load(tmp_path / "moving.iso.json")
+    assert isinstance(again, iso.Scene)
+    adapter = again.adapter
+    assert adapter is not None
+    assert adapter.path == "translate_2"
+    assert adapter.transfer == moving.transfer
+    assert adapter.part.model == moving.part.model
+    again.save(tmp_path / "again.iso.json")
+    assert (tmp_path / "again.iso.json").read_bytes() == (tmp_path / "moving.iso.json").read_bytes()
+    assert adapter.accept() == moving.accept()
+    assert again.model == scene.model
+    again.undo()
+    assert again.adapter is not None
+    again.adapter.cancel()
+    assert again.model == pair().model
+    assert again.adapter is None

@@ -106,3 +106,16 @@ def test_planes_of_the_command():
     assert plane("x=0.2") == ((1.0, 0.0, 0.0), 0.2)
     assert plane("-z=0.5") == ((-0.0, -0.0, -1.0), -0.5)
     assert plane("1,2,3,4") == ((1.0, 2.0, 3.0), 4.0)
+
+
+def test_progress_of_a_picture_grows_and_can_end_it():
+    parts = []
+    iso.render(iso.torus(major=1, minor=0.4), width=600, height=450, progress=parts.append)
+    assert parts == sorted(parts)
+    assert all(0 <= p <= 1 for p in parts)
+
+    def stop(part):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        iso.render(iso.torus(major=1, minor=0.4), width=2400, height=1800, progress=stop)

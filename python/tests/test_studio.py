@@ -1,8 +1,12 @@
 """The Studio from Python: its server, its command, its widget."""
 
 import json
+import re
+import subprocess
+import sys
 import urllib.error
 import urllib.request
+import zipfile
 from collections.abc import Iterator
 from email.message import Message
 from pathlib import Path
@@ -139,3 +143,40 @@ def test_a_trait_that_is_set_moves_the_scene(page: Path) -> None:
     studio.close()
     scene.parameters["sphere/r"].value = 1.0
     assert studio.parameters == {"sphere/r": 2.0}
+
+
+ROOT = Path(__file__).parents[2]
+BUILT = pytest.mark.skipif(not (serving.FOLDER / "index.html").is_file(), reason="make studio-page has not been run")
+
+
+@BUILT
+def test_the_built_page_is_served_with_all_that_it_asks_for() -> None:
+    with serving.StudioServer(port=0) as running:
+        status, _, body = get(running.url)
+        assert status == 200
+        asked = re.findall(r'(?:src|href)="\./([^"]+)"', body.decode())
+        assert any(name.endswith(".js") for name in asked)
+        modules = [str(path.relative_to(serving.FOLDER)) for path in serving.FOLDER.rglob("*.wasm")]
+        assert len(modules) == 1
+        for name in [*asked, *modules, "widget.js"]:
+            status, headers, body = get(running.url + name)
+            assert status == 200, name
+            assert body == (serving.FOLDER / name).read_bytes()
+            assert headers["Content-Type"].partition(";")[0] in {
+                ".js": ("text/javascript", "application/javascript"),
+                ".wasm": ("application/wasm",),
+                ".css": ("text/css",),
+            }.get(Path(name).suffix, (headers["Content-Type"],))
+
+
+@BUILT
+@pytest.mark.skipif(not (ROOT / "target/release").is_dir(), reason="the package was not built here")
+def test_a_wheel_has_the_page(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "maturin", "build", "--release", "--locked", "--quiet", "--out", str(tmp_path)]
+    # With what `make build` has compiled it only packs.
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        packed = {name.removeprefix("isoswarm/studio_dist/") for name in archive.namelist() if "/studio_dist/" in name}
+    assert packed == {str(path.relative_to(serving.FOLDER)) for path in serving.FOLDER.rglob("*") if path.is_file()}

@@ -99,6 +99,9 @@ fn with_scratch<R>(n: usize, f: impl FnOnce(&mut [f64]) -> R) -> R {
 /// further length would cost a copy of all loops.
 const BLOCK: usize = 64;
 
+/// Up to so many points, such as a few control points, are one block of this length: full blocks would mostly repeat the last.
+const FEW: usize = 16;
+
 /// What a run computes besides F.
 pub(crate) enum Want<'a, 'b> {
     /// F only.
@@ -170,6 +173,11 @@ pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut
     let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
     let arch = Arch::new();
     match want {
+        Want::Value | Want::Gradient { .. } | Want::Rate { .. } | Want::Parameters { .. } if n <= FEW => {
+            with_scratch(lines * FEW, |scratch| {
+                arch.dispatch(Run::<FEW, true> { program, uniforms, batch, value, want, scratch });
+            })
+        }
         Want::Value | Want::Gradient { .. } | Want::Chosen { .. } => with_scratch(lines * BLOCK, |scratch| {
             arch.dispatch(Run::<BLOCK, false> { program, uniforms, batch, value, want, scratch });
         }),
@@ -224,6 +232,19 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
                     } else if let Want::Chosen { x } = &mut want {
                         scatter_inputs(program, adjoints, 0, batch.axes, (start, n), x);
                     }
+                }
+                Want::Gradient { x, leaves } if Q => {
+                    // The sink of `Want::Rate` that takes nothing, which spares another copy of all loops.
+                    let mut sink = Directional { rates: &[], total: [0.0; B] };
+                    reverse::<f64, B, _, _>(
+                        program,
+                        uniforms,
+                        registers,
+                        adjoints,
+                        &mut sink,
+                        &mut Everywhere,
+                    );
+                    scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                 }
                 Want::Rate { x, leaves, rates, rate } if Q => {
                     let mut sink = Directional { rates, total: [0.0; B] };

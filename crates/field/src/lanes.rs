@@ -64,7 +64,9 @@ impl From<Interval> for Lanes {
 #[derive(Default)]
 pub(crate) struct Pass {
     values: Vec<Lanes>,
-    adjoints: Vec<Lanes>,
+    adjoints: plain::Adjoints<Lanes>,
+    /// Instructions of the tape that was run last.
+    length: usize,
 }
 
 impl Pass {
@@ -102,12 +104,12 @@ impl Pass {
     /// ∂F/∂(instruction `i`) in box `lane`.
     #[inline(always)]
     pub(crate) fn adjoint(&self, i: usize, lane: usize) -> Interval {
-        self.adjoints[i].lane(lane)
+        self.adjoints.list[i].lane(lane)
     }
 
     /// F in box `lane`.
     pub(crate) fn result(&self, lane: usize) -> Interval {
-        self.value(self.values.len() - 1, lane)
+        self.value(self.length - 1, lane)
     }
 }
 
@@ -124,7 +126,8 @@ impl NullaryFnOnce for Sweeps<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Pass { values, adjoints } = self.pass;
+        let Pass { values, adjoints, length } = self.pass;
+        *length = self.tape.instrs.len();
         plain::forward(self.tape, self.shared, &self.inputs, values);
         if self.adjoints {
             plain::reverse(self.tape, self.shared, values, adjoints);

@@ -31,7 +31,7 @@ pub(crate) fn operands<U: Copy, V: Scalar + From<U>>(
     }
 }
 
-/// The value of every instruction.
+/// The value of every instruction, in the first places of `values`, which may be longer.
 #[inline(always)]
 pub(crate) fn forward<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
@@ -39,9 +39,11 @@ pub(crate) fn forward<U: Copy, V: Scalar + From<U>>(
     inputs: &[V],
     values: &mut Vec<V>,
 ) {
-    values.clear();
-    for instr in &tape.instrs {
-        let v = match instr.code {
+    if values.len() < tape.instrs.len() {
+        values.resize(tape.instrs.len(), V::from_f64(0.0));
+    }
+    for (i, instr) in tape.instrs.iter().enumerate() {
+        values[i] = match instr.code {
             Code::Input => inputs[instr.args[0] as usize],
             Code::Uniform => uniform(tape, shared, instr.args[0]),
             Code::Op(op, mode) => {
@@ -50,7 +52,20 @@ pub(crate) fn forward<U: Copy, V: Scalar + From<U>>(
                 apply(op, a, b, c)
             }
         };
-        values.push(v);
+    }
+}
+
+/// The adjoints of a tape's instructions, kept between calls.
+pub(crate) struct Adjoints<V> {
+    /// One for each instruction; there may be more of a longer tape before.
+    pub list: Vec<V>,
+    /// Which have been written to in the sweep.
+    reached: Vec<bool>,
+}
+
+impl<V> Default for Adjoints<V> {
+    fn default() -> Self {
+        Self { list: Vec::new(), reached: Vec::new() }
     }
 }
 
@@ -60,19 +75,31 @@ pub(crate) fn reverse<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
     shared: &[U],
     values: &[V],
-    adjoints: &mut Vec<V>,
+    adjoints: &mut Adjoints<V>,
 ) {
-    adjoints.clear();
-    adjoints.resize(tape.instrs.len(), V::from_f64(0.0));
-    if let Some(root) = adjoints.last_mut() {
-        *root = V::from_f64(1.0);
+    let n = tape.instrs.len();
+    let Adjoints { list, reached } = adjoints;
+    if list.len() < n {
+        list.resize(n, V::from_f64(0.0));
+    }
+    reached.clear();
+    reached.resize(n, false);
+    if let (Some(root), Some(first)) = (list[..n].last_mut(), reached.last_mut()) {
+        (*root, *first) = (V::from_f64(1.0), true);
     }
     for (i, instr) in tape.instrs.iter().enumerate().rev() {
+        if !reached[i] {
+            list[i] = V::from_f64(0.0);
+            continue;
+        }
         if let Code::Op(op, mode) = instr.code {
             let (a, b) = operands(tape, shared, values, mode, instr.args);
             for k in instr.slots().rev().filter(|&k| !is_flat(op, k)) {
                 let slot = instr.args[k] as usize;
-                adjoints[slot] = adjoints[slot] + pull(op, k, adjoints[i], a, b, values[i]);
+                let share = pull(op, k, list[i], a, b, values[i]);
+                // The first share is written, not added: nothing has to be cleared before.
+                list[slot] = if reached[slot] { list[slot] + share } else { share };
+                reached[slot] = true;
             }
         }
     }

@@ -7,7 +7,7 @@ use pulp::{Arch, NullaryFnOnce};
 use crate::interval::Interval;
 use crate::lanes::{LANES, Lanes, Pass};
 use crate::op::{Op, apply};
-use crate::plain::{forward, reverse};
+use crate::plain::{Adjoints, forward, reverse};
 use crate::tape::{Code, Instr, Mode, Tape, Uniform};
 
 /// Working memory of pruning, kept between calls.
@@ -73,11 +73,11 @@ impl Tape {
         inputs: &[Interval],
         gradient: &mut [Interval],
     ) {
-        let (mut values, mut adjoints) = (Vec::new(), Vec::new());
+        let (mut values, mut adjoints) = (Vec::new(), Adjoints::default());
         forward(self, uniforms, inputs, &mut values);
         reverse(self, uniforms, &values, &mut adjoints);
         for (number, g) in gradient.iter_mut().enumerate() {
-            *g = self.input(number).map_or(Interval::ZERO, |at| adjoints[at]);
+            *g = self.input(number).map_or(Interval::ZERO, |at| adjoints.list[at]);
         }
     }
 

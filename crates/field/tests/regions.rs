@@ -293,6 +293,10 @@ fn deformed_shapes_have_bounds() {
         "bend(box(4, 0.5, 0.5), 0)",
         "bend(cylinder(0.3, 3), 0.5, axis=1)",
         "twist(taper(box(1, 1, 2), 0.4), 0.7)",
+        // R-functions, of which plain intervals see no end.
+        "r_blend(sphere(1), translate(sphere(1), 1.5, 0, 0))",
+        "offset(r_blend(r_blend(sphere(1), translate(sphere(0.8), 1.5, 0, 0)), box(4, 0.5, 0.5)), 0.1)",
+        "translate(twist(r_blend(box(1, 1, 2), cylinder(0.4, 3)), 0.5), 1, 0, 0)",
     ];
     for text in texts {
         let f = field(text);

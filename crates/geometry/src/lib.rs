@@ -35,6 +35,6 @@ pub use mesh::{
 };
 pub use picture::{
     Background, Coloring, Colormap, Drawn, MeshLook, MeshStyle, Picture, PictureOptions, Projection, Section,
-    Solid, Style, Subject, animate, colors, draw, render, render_framed, render_until,
+    Solid, Style, Subject, animate, colors, draw, draw_told, render, render_framed, render_until,
 };
 pub use points::PointCloud;

@@ -33,7 +33,7 @@ fn has(m: &Value, tag: &str) -> bool {
     m["tags"].as_array().unwrap().iter().any(|t| t == tag)
 }
 
-fn with(n: usize) -> MeshOptions<'static> {
+fn with<'a>(n: usize) -> MeshOptions<'a> {
     MeshOptions { resolution: Resolution::Count(n), ..MeshOptions::default() }
 }
 

@@ -68,8 +68,11 @@ const PER_COMPONENT: usize = 12;
 /// as well, and where there can be none fewer steps do.
 const ROUGHLY: usize = 5 * COARSEST;
 const FEWER_STEPS: usize = 24;
-/// Steps after a front, before the swarm settles.
-const FRONT_STEPS: usize = 4;
+/// Steps after a front, before the swarm settles; and most while it does where the surface turns by more than so much (radians, about)
+/// from floater to floater, since little is won there: 100,000 floaters on a protein have a ρ_avg of .878, and .887 after eight steps more.
+const FRONT_STEPS: usize = 2;
+const FRONT_SETTLING_STEPS: usize = 6;
+const UNRESOLVED: f64 = 0.35;
 /// And no larger spacing than this, over the turn of the normal per length (1 is the radius of a sphere): a coarser swarm
 /// would see its surface as a cloud.
 const BENDING: f64 = 2.5;
@@ -121,6 +124,7 @@ pub(crate) fn spread(
         seeds,
         sizing,
         edges,
+        unresolved: rough && seeds.bend * linear(seeds.area / n as f64, walls.axes) > UNRESOLVED,
         spacing: match amount {
             Amount::Spacing(s) => Some(s),
             Amount::Count(_) => None,
@@ -266,6 +270,8 @@ struct Work<'w, 'a, 's> {
     seeds: &'w Seeds<'w>,
     sizing: Sizing<'w>,
     edges: Option<&'w EdgeFloaters<'w>>,
+    /// Whether the surface turns much from floater to floater nearly everywhere.
+    unresolved: bool,
     /// Mean distance between neighbours that is asked for.
     spacing: Option<f64>,
     /// Floaters at the last level.
@@ -302,7 +308,9 @@ impl Work<'_, '_, '_> {
     fn front(&mut self) -> Result<bool, Error> {
         let swarm = front::advance(self.run, self.surface, self.seeds, self.n)?;
         self.take(swarm)?;
-        self.balance(Goal::Count(self.n))?;
+        if self.relaxation.swarm.len() != self.n {
+            self.balance(Goal::Count(self.n))?;
+        }
         self.enter(REFINED);
         for k in 0..FRONT_STEPS {
             if !self.step(0.3 + 0.2 * k as f64 / FRONT_STEPS as f64)?.1 {
@@ -374,7 +382,7 @@ impl Work<'_, '_, '_> {
     fn settle(&mut self, most: Option<usize>) -> Result<bool, Error> {
         self.enter(SETTLING);
         let settled = if self.spacing.is_some() { SETTLED_TO_MEASURE } else { SETTLED };
-        let steps = most.unwrap_or(SETTLING_STEPS);
+        let steps = most.unwrap_or(if self.unresolved { FRONT_SETTLING_STEPS } else { SETTLING_STEPS });
         let mut before = [f64::INFINITY; 2];
         for k in 0..steps {
             let (moved, goes_on) = self.step(0.5 + 0.4 * k as f64 / steps as f64)?;

@@ -20,6 +20,8 @@ use crate::vector::{self, add, distance};
 /// What the surface may be off, in square roots of the mean cell, from where the last projection starts. Newton's method
 /// squares it.
 const NEARLY: f64 = 1e-6;
+/// The same for the surface on which ways between components are looked for.
+const ROUGHLY: f64 = 1e-3;
 /// The same where curvatures are measured.
 const MEASURED: f64 = 1e-9;
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
@@ -40,6 +42,7 @@ impl Samples {
                 status,
                 components: 0,
                 certified,
+                resolution: 0.0,
                 max_error: 0.0,
                 evenness: Evenness::default(),
                 spacing: 0.0,
@@ -111,7 +114,7 @@ pub(crate) fn finish(
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
     let (component, components) = if seeds.too_coarse_for(swarm.len()) {
-        let sketch = surface.sketch(NEARLY * unit);
+        let sketch = surface.sketch(ROUGHLY * unit);
         divide(sketch.as_deref().unwrap_or(surface), run, &walls, &swarm, &first.lists, unit)?
     } else {
         in_order(&swarm.label)
@@ -119,6 +122,13 @@ pub(crate) fn finish(
     if !seeds.certified {
         run.warnings
             .push("not certified: there may be small components that the random search did not meet".into());
+    }
+    if seeds.rough() {
+        run.warnings.push(format!(
+            "the surface bends within the {:.3} of a box of the first search: components smaller than that may have been missed \
+             between others",
+            seeds.region.side
+        ));
     }
     if singular > 0 {
         run.warnings.push(format!("{singular} samples rest where the gradient vanishes and have no normal"));
@@ -142,6 +152,7 @@ pub(crate) fn finish(
             status,
             components,
             certified: seeds.certified,
+            resolution: seeds.region.side,
             max_error,
             evenness,
             spacing,

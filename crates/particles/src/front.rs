@@ -14,6 +14,7 @@ use crate::Error;
 use crate::constraint::{Target, project};
 use crate::neighbors::Occupied;
 use crate::options::Phase;
+use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::seeding::Seeds;
 use crate::swarm::{Swarm, same_sheet};
@@ -59,10 +60,11 @@ pub(crate) fn advance(
         from: Vec::new(),
     };
     front.begin();
-    let mut first = 0;
+    let (mut first, mut generations) = (0, Vec::new());
     while first < front.swarm.len() && front.swarm.len() < 2 * n {
         let generation = first..front.swarm.len();
         first = generation.end;
+        generations.push(first);
         let offers = front.offers(generation);
         let mut points: Vec<V3> = offers.iter().map(|o| o.point).collect();
         let mut normals: Vec<V3> = offers.iter().map(|o| front.swarm.normals[o.parent as usize]).collect();
@@ -79,7 +81,22 @@ pub(crate) fn advance(
             break;
         }
     }
-    Ok(front.swarm)
+    let mut swarm = front.swarm;
+    thin(&mut swarm, n, &generations, Rng::new(run.seed, Stream::Thinning));
+    Ok(swarm)
+}
+
+/// Takes out what is more than `n`, at random among the last generations, which squeeze in where others meet.
+fn thin(swarm: &mut Swarm, n: usize, ends: &[usize], rng: Rng) {
+    let many = swarm.len().saturating_sub(n);
+    // The latest that have twice as many as must go; the seeds stay.
+    let late = |end: &&usize| swarm.len() - **end >= 2 * many;
+    let Some(&first) = ends.iter().rev().find(late) else { return };
+    let mut order: Vec<(u64, u32)> = (first..swarm.len()).map(|i| (rng.bits(i as u64), i as u32)).collect();
+    order.sort_unstable();
+    let mut kept: Vec<u32> = (0..first as u32).chain(order[many..].iter().map(|o| o.1)).collect();
+    kept.sort_unstable();
+    *swarm = swarm.pick(&kept);
 }
 
 struct Front<'a> {

@@ -48,4 +48,4 @@ pub use rings::Rings;
 pub use sample::sample;
 pub use search::Search;
 pub use swarm::same_sheet;
-pub use tangential::{Change, normal_keeping_velocity};
+pub use tangential::{Change, normal_keeping_velocity, surface_velocity};

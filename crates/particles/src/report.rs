@@ -48,9 +48,13 @@ pub struct Report {
     pub status: Status,
     /// Connected components found.
     pub components: usize,
-    /// Whether interval arithmetic accounts for the whole of the bounds: every box that may hold a piece of the
-    /// surface either holds a sample of it or has been shown to be empty. `false`: random search only.
+    /// Whether interval arithmetic accounts for the whole of the bounds: every box of the first search, of at most
+    /// `resolution`, that may hold a piece of the surface holds a sample, is next to one that does, or has been shown to be empty.
+    /// So no component was missed but for those that are smaller than a box or two and that close to another. `false`: random
+    /// search only.
     pub certified: bool,
+    /// Largest side of the boxes of the first search (model units; 0 where nothing was found).
+    pub resolution: f64,
     /// Largest |F|/|∇F| over the samples with a gradient (model units).
     pub max_error: f64,
     /// Evenness of the samples (relative to `density` where that is not uniform).

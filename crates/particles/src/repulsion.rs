@@ -100,6 +100,6 @@ fn part_coincident(i: usize, near: &[u32], [x, y, z]: [&mut [f32; LANES]; 3], sq
 
 /// The sum of the lanes in a fixed order.
 #[inline(always)]
-fn fold(v: [f32; LANES]) -> f64 {
+pub(crate) fn fold(v: [f32; LANES]) -> f64 {
     f64::from(((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])))
 }

@@ -152,7 +152,7 @@ pub(crate) fn share(p: V3, q: V3, n: V3, m: V3) -> f64 {
 
 /// Whether [`share`] may differ from 1 after some more steps; `None` where it stays 0.
 #[inline(always)]
-fn doubt(p: V3, q: V3, n: V3, m: V3) -> Option<bool> {
+pub(crate) fn doubt(p: V3, q: V3, n: V3, m: V3) -> Option<bool> {
     let c = dot(n, m);
     if c < OPPOSING - 0.2 {
         return None;

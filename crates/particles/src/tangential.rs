@@ -1,5 +1,7 @@
 //! The velocity of particles that keep their normals while the surface moves.
 
+use isoswarm_field::{Field, FieldError, Surface};
+
 use crate::vector::{V3, along, cross, dot, frame, norm, scale, sub};
 
 /// Motion along a direction in which the surface bends less than this part of its larger curvature is left out: where the
@@ -43,6 +45,64 @@ pub fn normal_keeping_velocity(
     let along_surface = solve([dot(a, ha), dot(a, hb), dot(b, hb)], [dot(a, wanted), dot(b, wanted)]);
     let v = along(along(across, along_surface[0], a), along_surface[1], b);
     if v.iter().all(|c| c.is_finite()) { v } else { across }
+}
+
+/// Differences by which the rate of F is differentiated in space, in parts of the points' size.
+const STEP: f64 = 1e-5;
+
+/// [`normal_keeping_velocity`] at points of a surface F = 0 whose free parameters change at `rates` (q̇, one a free parameter). The rate
+/// of ∇F is taken from that of F by central differences in space, to about nine digits.
+///
+/// # Errors
+/// [`FieldError`] for another field than one equation in space, another number of rates, and what an opaque part raises.
+///
+/// ```
+/// use isoswarm_field::{Field, text};
+/// use isoswarm_particles::surface_velocity;
+/// let ball = Field::new(&text::parse("(x - a)^2 + y^2 + z^2 - 1", &[("a", 0.0)])?)?;
+/// // All of it moves along x, the poles too.
+/// let v = surface_velocity(&ball, &[[0.0, 0.0, 1.0]], &[2.0], [0.0; 3])?;
+/// assert!((v[0][0] - 2.0).abs() < 1e-8 && v[0][2].abs() < 1e-8);
+/// # Ok::<(), isoswarm_field::FieldError>(())
+/// ```
+pub fn surface_velocity(
+    field: &Field,
+    points: &[[f64; 3]],
+    rates: &[f64],
+    spin: [f64; 3],
+) -> Result<Vec<[f64; 3]>, FieldError> {
+    if field.axes() != 3 || field.components() != 1 {
+        let given = format!("{} equations of {} coordinates", field.components(), field.axes());
+        return Err(FieldError::Shape {
+            what: "field",
+            expected: "one equation of x, y and z".into(),
+            given,
+        });
+    }
+    let n = points.len();
+    let rate = |points: &[[f64; 3]]| {
+        let (mut f, mut g, mut rate) = (vec![0.0; n], vec![[0.0; 3]; n], vec![0.0; n]);
+        field.gradient_and_rate(points.as_flattened(), rates, &mut f, g.as_flattened_mut(), &mut rate)?;
+        Ok::<_, FieldError>((g, rate))
+    };
+    let (gradient, value) = rate(points)?;
+    let mut hessian = vec![[0.0; 6]; n];
+    Surface::hessian(field, points, &mut hessian)?;
+    let largest = points.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let step = STEP * if largest > 0.0 { largest } else { 1.0 };
+    let mut change: Vec<Change> =
+        value.into_iter().map(|value| Change { value, ..Change::default() }).collect();
+    for a in 0..3 {
+        let moved = |by: f64| -> Vec<V3> {
+            points.iter().map(|p| [0, 1, 2].map(|k| if k == a { p[k] + by } else { p[k] })).collect()
+        };
+        let (ahead, behind) = (rate(&moved(step))?.1, rate(&moved(-step))?.1);
+        for (c, (p, m)) in change.iter_mut().zip(ahead.iter().zip(&behind)) {
+            c.gradient[a] = (p - m) / (2.0 * step);
+        }
+    }
+    let one = |i: usize| normal_keeping_velocity(gradient[i], hessian[i], change[i], spin);
+    Ok((0..n).map(one).collect())
 }
 
 /// Solves [a b; b c] x = r, without the parts along directions of small eigenvalues.
@@ -108,6 +168,44 @@ mod tests {
                 "{x:?}: {found:?}, not {wanted:?}"
             );
         }
+    }
+
+    /// A ball of radius r around (a, b, 0), far from the origin.
+    fn ball() -> Field {
+        let formula = "(x - a)^2 + (y - b)^2 + z^2 - r^2";
+        Field::new(&isoswarm_field::text::parse(formula, &[("a", 1.5), ("b", 0.0), ("r", 0.7)]).unwrap())
+            .unwrap()
+    }
+
+    /// The ball's velocities for rates of a, b and r against `wanted`.
+    fn check_ball(rates: [(&str, f64); 3], spin: V3, wanted: impl Fn(V3) -> V3) {
+        let field = ball();
+        let rate = |i: &usize| {
+            let path = &field.parameters()[*i].path;
+            rates.iter().find(|r| r.0 == path).unwrap().1
+        };
+        let q: Vec<f64> = field.free().iter().map(rate).collect();
+        let places: Vec<V3> = points().map(|d| add([1.5, 0.0, 0.0], scale(d, 0.7 / norm(d)))).collect();
+        for (x, v) in places.iter().zip(surface_velocity(&field, &places, &q, spin).unwrap()) {
+            assert!(distance(v, wanted(*x)) < 1e-8, "{x:?}: {v:?}, not {:?}", wanted(*x));
+        }
+    }
+
+    #[test]
+    fn a_ball_that_moves_grows_and_turns() {
+        check_ball([("a", 0.3), ("b", -1.1), ("r", 0.0)], [0.0; 3], |_| [0.3, -1.1, 0.0]);
+        let out = |x: V3| scale(sub(x, [1.5, 0.0, 0.0]), 0.4 / 0.7);
+        check_ball([("a", 0.0), ("b", 0.0), ("r", 0.4)], [0.0; 3], out);
+        // About the z axis of the origin: the middle runs along y, and the normals turn.
+        let spin = [0.0, 0.0, 0.9];
+        check_ball([("a", 0.0), ("b", 0.9 * 1.5), ("r", 0.0)], spin, |x| cross(spin, x));
+    }
+
+    #[test]
+    fn other_fields_and_rates_are_refused() {
+        let flat = Field::new(&isoswarm_field::text::parse("stack(x, y)", &[]).unwrap()).unwrap();
+        assert!(surface_velocity(&flat, &[[0.0; 3]], &[], [0.0; 3]).is_err());
+        assert!(surface_velocity(&ball(), &[[0.0; 3]], &[1.0], [0.0; 3]).is_err());
     }
 
     #[test]

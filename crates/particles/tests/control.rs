@@ -309,3 +309,18 @@ fn a_pin_far_off_the_surface_draws_it_near_step_by_step() {
     }
     assert!(before < 1e-10, "{before}");
 }
+
+#[test]
+fn a_held_pin_is_met_where_derivatives_change_much_within_a_step() {
+    // The slope by a grows from 1 to 1.5 in this step: corrections with the slope at its beginning halve what is left, no more.
+    let mut f = field("x - exp(a) + b*y^2", &[("a", 0.0), ("b", 0.0)]);
+    let target = Some([1.5, 0.0, 0.0]);
+    let mut pins = [Pin { target, ..Pin::new([1.0, 0.0, 0.0]) }, Pin::new([1.0, 1.0, 0.0])];
+    let options = StepOptions { longest: 0.5, gain: 1.0, tolerance: 1e-10 };
+    let report = step(&mut f, &mut pins, &[1.0, 1.0], &[], &options).unwrap();
+    assert!(report.residual.iter().all(|r| *r <= 1e-10), "{:?}", report.residual);
+    assert_eq!((report.retries, pins[1].at), (0, [1.0, 1.0, 0.0]));
+    assert!((pins[0].at[0] - 1.5).abs() < 1e-10);
+    let q = f.q();
+    assert!((q[0] - 1.5f64.ln()).abs() < 1e-9 && (q[1] - 0.5).abs() < 1e-9, "{q:?}");
+}

@@ -26,19 +26,20 @@ const NAME: &str = "adapter";
 #[derive(Clone, Debug)]
 pub(crate) struct Adapting {
     /// The part that is adapted, in the model without the adapter.
-    path: String,
+    pub(crate) path: String,
     /// The adapter, in the model with it.
-    adapter: String,
+    pub(crate) adapter: String,
     /// The model without the adapter.
-    original: Model,
+    pub(crate) original: Model,
     /// The part alone, with parameters that follow.
-    operand: Field,
+    pub(crate) operand: Field,
     /// D⁻¹, coordinate by coordinate.
-    inverse: [Field; 3],
-    field: FieldPoints,
-    moved: Vec<[f64; 3]>,
+    pub(crate) inverse: [Field; 3],
+    /// Field points, and where they have been carried.
+    pub(crate) field: FieldPoints,
+    pub(crate) moved: Vec<[f64; 3]>,
     /// Numbers of the adapter's own parameters in the whole model.
-    own: Vec<usize>,
+    pub(crate) own: Vec<usize>,
     pub(crate) report: TransferReport,
 }
 
@@ -95,6 +96,11 @@ impl Adapting {
         let (path, adapter) = (path.to_string(), adapter_path);
         let this = Self { path, adapter, original, operand, inverse, field: points, moved, own, report };
         Ok((this, field))
+    }
+
+    /// The model without the adapter.
+    pub(crate) fn original(&self) -> &Model {
+        &self.original
     }
 
     /// The operand's parameters follow the adapter's.
@@ -160,6 +166,11 @@ impl Scene {
         self.now.state.adapting.as_ref().map(|a| (a.adapter.as_str(), &a.report))
     }
 
+    /// The path of the part under the adapter, in the model without it, while one is on.
+    pub fn adapted_path(&self) -> Option<&str> {
+        self.now.state.adapting.as_ref().map(|a| a.path.as_str())
+    }
+
     /// The part under the adapter with its parameters as they follow it, while one is on.
     pub fn adapted(&self) -> Option<&Field> {
         self.now.state.adapting.as_ref().map(|a| &a.operand)
@@ -197,7 +208,15 @@ impl Scene {
     pub(crate) fn keep_adapter(&mut self) -> Result<Change, Error> {
         let a = self.take_adapter()?;
         let (model, rest) = self.kept(&a)?;
-        self.finish_adapter(&model, "the operator")?;
+        let field = Field::new(&model)?;
+        self.remember();
+        let state = &mut self.now.state;
+        // Where no end is found of what it has become, the box that has served so far stays, for everybody to see.
+        if state.settings.bounds.is_none() && field.bounds().is_none() {
+            state.settings.bounds = Some([state.bounds.lo, state.bounds.hi]);
+        }
+        (state.field, state.adapting) = (field, None);
+        self.resettle("the operator")?;
         self.now.state.rest = rest;
         Ok(Change { model: true, parameters: true, ..Change::default() })
     }

@@ -88,7 +88,12 @@ impl Now {
     /// the parameters and pins move; then the floaters' repulsion, velocities (eq. 5, with the surface's motion taken at
     /// its end), radii, births and deaths.
     pub(crate) fn step(&mut self) -> Result<Option<ControlStep>, Error> {
+        let before = self.state.settings.follow.then(|| (self.state.field.clone(), self.state.field.q()));
         let report = self.move_surface()?;
+        if let Some((field, q)) = before {
+            let now = self.state.field.q();
+            self.swarm.follow(&field, &now.iter().zip(&q).map(|(b, a)| b - a).collect::<Vec<_>>())?;
+        }
         if report.is_some() {
             self.hand_over()?;
         }
@@ -101,8 +106,9 @@ impl Now {
         if self.state.settings.curvature > 0.0 {
             self.swarm.look_at_bends(&self.state.field, self.state.settings.curvature);
         }
+        let moving = report.as_ref().is_some_and(|r| r.q_change.iter().any(|v| *v != 0.0));
         let settings = &self.state.settings;
-        if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed)? {
+        if !self.swarm.step(&self.state.field, &self.state.bounds, settings.seed, moving)? {
             // The surface has jumped away from all of them, or it is gone.
             let settled = self.swarm.settled(&self.state.field, &self.state.bounds, settings)?;
             self.swarm = settled.ok_or_else(|| Error::Vanished { what: "this step".into() })?;

@@ -1,10 +1,10 @@
-//! Scenes and scripts as `.iso.json` files, version 1. They may come from strangers: sizes and versions are checked, and what
-//! is not known is refused.
+//! Scenes and scripts as `.iso.json` files. They may come from strangers: sizes and versions are checked, and what is not known
+//! is refused. Version 2 of a scene may have an adapter on; one without is written as version 1.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use isoswarm_field::{Callback, json};
+use isoswarm_field::{Aabb, Callback, Model, json};
 use isoswarm_particles::control::{Guide, Pin};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
@@ -13,6 +13,8 @@ use serde_json::value::RawValue;
 
 #[cfg(feature = "schema")]
 use crate::Command;
+use crate::adapting::Adapting;
+use crate::adapting_file::AdaptingRecord;
 use crate::command::check_place;
 use crate::control::ScenePin;
 use crate::{Along, Amount, Entry, Error, Scene, Settings};
@@ -21,8 +23,10 @@ use crate::{Along, Amount, Entry, Error, Scene, Settings};
 pub const FORMAT: &str = "isoswarm scene";
 /// What a file of commands calls itself.
 pub const SCRIPT_FORMAT: &str = "isoswarm script";
-/// The version of both that this code writes, and the newest that it reads.
-pub const VERSION: u32 = 1;
+/// The newest version of a scene that this code reads and, where an adapter is on, writes.
+pub const VERSION: u32 = 2;
+/// The version of scripts, and of scenes without an adapter.
+const PLAIN_VERSION: u32 = 1;
 /// Most pins and most commands in a file.
 const MOST_PINS: usize = 100_000;
 const MOST_COMMANDS: usize = 1_000_000;
@@ -44,9 +48,9 @@ struct SceneFile<'a> {
     /// "isoswarm scene"
     #[serde(rename = "format")]
     _format: &'a str,
-    /// 1
+    /// 1; 2 where an adapter is on
     #[serde(rename = "version")]
-    _version: u32,
+    version: u32,
     /// A model with its parameters: see iso.schema.json.
     #[serde(borrow)]
     #[cfg_attr(feature = "schema", schemars(with = "serde_json::Value"))]
@@ -69,6 +73,9 @@ struct SceneFile<'a> {
     /// Steps taken.
     #[serde(default)]
     clock: u64,
+    /// The adapter that is on: since version 2.
+    #[serde(default, borrow)]
+    adapting: Option<AdaptingRecord<'a>>,
 }
 
 /// A control point.
@@ -143,16 +150,17 @@ fn syntax(format: &'static str, e: &serde_json::Error) -> Error {
 }
 
 /// Checks what a text says it is.
-fn check_header(text: &str, format: &'static str) -> Result<(), Error> {
+fn check_header(text: &str, format: &'static str, newest: u32) -> Result<(), Error> {
     if text.len() > json::MAX_BYTES {
         let (most, n) = (json::MAX_BYTES, text.len());
         return fail(format, 0, format!("a file may have {most} bytes, this one has {n}"));
     }
     let header: Header = serde_json::from_str(text).map_err(|e| syntax(format, &e))?;
     match (header.format.as_deref(), header.version) {
-        (Some(f), Some(1..=VERSION)) if f == format => Ok(()),
+        (Some(f), Some(v)) if f == format && (1..=newest).contains(&v) => Ok(()),
         (Some(f), Some(v)) if f == format => {
-            fail(format, 0, format!("expected version 1 to {VERSION}, given {v}: update isoswarm to read it"))
+            let expected = if newest == 1 { "1".into() } else { format!("1 to {newest}") };
+            fail(format, 0, format!("expected version {expected}, given {v}: update isoswarm to read it"))
         }
         (f, _) => fail(
             format,
@@ -163,23 +171,20 @@ fn check_header(text: &str, format: &'static str) -> Result<(), Error> {
 }
 
 impl Scene {
-    /// The scene as the text of an `.iso.json` file: model, parameters, pins, settings and clock, exact to the last bit. The
-    /// floaters are not part of it; they settle again. Functions are stored by name.
+    /// The scene as the text of an `.iso.json` file: model, parameters, pins, settings, clock and the adapter that is on, exact to
+    /// the last bit. The floaters are not part of it; they settle again. Functions are stored by name.
     ///
     /// # Errors
-    /// While an adapter is on, which is not part of a file.
+    /// What the model's formulas report.
     pub fn to_json(&self) -> Result<String, Error> {
         let state = &self.now.state;
-        if state.adapting.is_some() {
-            return Err(Error::Nothing(
-                "cannot save while an adapter is on: accept, keep or cancel it first".into(),
-            ));
-        }
-        let model = json::to_json(&self.model()?);
-        let model = model.trim_end().replace('\n', "\n  ");
+        let nested = |m: &Model| json::to_json(m).trim_end().replace('\n', "\n  ");
+        let model = nested(&self.model()?);
+        let adapting = state.adapting.as_ref().map(|a| a.to_text(&nested(a.original()), &self.now));
+        let version = if adapting.is_some() { VERSION } else { PLAIN_VERSION };
         let pins: Vec<String> = state.pins.iter().map(|p| to_text(&record(p))).collect();
         let mut out =
-            format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n  \"model\": {model},\n");
+            format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {version},\n  \"model\": {model},\n");
         out += &format!("  \"settings\": {},\n", to_text(&state.settings));
         let list =
             if pins.is_empty() { String::new() } else { format!("\n    {}\n  ", pins.join(",\n    ")) };
@@ -189,6 +194,9 @@ impl Scene {
         }
         if let Amount::Count(_) = state.settings.amount {
             out += &format!("  \"spacing\": {},\n", to_text(&state.spacing));
+        }
+        if let Some(adapting) = adapting {
+            out += &format!("  \"adapting\": {adapting},\n");
         }
         out += &format!("  \"clock\": {}\n}}\n", self.now.clock);
         Ok(out)
@@ -219,7 +227,7 @@ impl Scene {
         if serde_json::from_str::<Header>(text).is_ok_and(|h| h.format.as_deref() == Some(json::FORMAT)) {
             return Self::new(&json::from_json_with(text, &find)?, settings);
         }
-        check_header(text, FORMAT)?;
+        check_header(text, FORMAT, VERSION)?;
         let file: SceneFile<'_> = serde_json::from_str(text).map_err(|e| syntax(FORMAT, &e))?;
         if file.pins.len() > MOST_PINS {
             return fail(
@@ -229,6 +237,19 @@ impl Scene {
             );
         }
         let model = json::from_json_with(file.model.get(), &find)?;
+        if file.adapting.is_some() && file.version == PLAIN_VERSION {
+            return fail(FORMAT, 0, "adapting: expected version 2 for a scene with an adapter on, given 1");
+        }
+        let adapting = match &file.adapting {
+            Some(record) => {
+                let original = json::from_json_with(record.original.get(), &find)?;
+                let read = Adapting::of_record(record, original, &model);
+                Some(read.or_else(|e| fail(FORMAT, 0, format!("adapting: {e}")))?)
+            }
+            None => None,
+        };
+        // What the scene's box is found from may have no end under an adapter.
+        let bounds = file.adapting.as_ref().map(|a| Aabb::new(a.bounds[0], a.bounds[1]));
         let spacing = file.spacing.unwrap_or(0.0);
         if !(spacing.is_finite() && spacing >= 0.0) || file.spacing == Some(0.0) {
             return fail(FORMAT, 0, format!("spacing: expected a length above 0, given {spacing}"));
@@ -242,7 +263,7 @@ impl Scene {
             Amount::Count(_) => spacing,
         };
         let floaters = if known > 0.0 { floaters } else { &[] };
-        let mut scene = Self::with_floaters(&model, file.settings, known, floaters)?;
+        let mut scene = Self::with_floaters(&model, file.settings, known, floaters, bounds)?;
         scene.functions.extend(functions.iter().map(|(k, f)| (k.clone(), f.clone())));
         let next = file.pins.iter().map(|p| p.id + 1).max().unwrap_or(0);
         let mut ids: Vec<u64> = file.pins.iter().map(|p| p.id).collect();
@@ -263,13 +284,15 @@ impl Scene {
         }
         scene.now.state.next_pin = file.next_pin.unwrap_or(0).max(next);
         if let Some(rest) = file.rest {
-            let expected = scene.field().parameters().len();
+            // Under an adapter it is that of the model without it.
+            let of_original = adapting.as_ref().map(|a| a.original().parameters().len());
+            let expected = of_original.unwrap_or_else(|| scene.field().parameters().len());
             if rest.len() != expected || rest.iter().any(|v| !v.is_finite()) {
                 return fail(FORMAT, 0, format!("rest: expected {expected} finite numbers, one a parameter"));
             }
             scene.now.state.rest = Some(rest);
         }
-        scene.now.clock = file.clock;
+        (scene.now.state.adapting, scene.now.clock) = (adapting, file.clock);
         scene.now.rested = scene.now.state.pins.is_empty();
         Ok(scene)
     }
@@ -334,7 +357,7 @@ fn is_unit(v: [f64; 3]) -> bool {
     (crate::vector::norm(v) - 1.0).abs() < 1e-12
 }
 
-fn to_text(v: &impl Serialize) -> String {
+pub(crate) fn to_text(v: &impl Serialize) -> String {
     serde_json::to_string(v).expect("finite numbers and names are serialisable")
 }
 
@@ -343,13 +366,13 @@ pub fn script_to_json(entries: &[Entry]) -> String {
     let lines: Vec<String> = entries.iter().map(to_text).collect();
     let list = if lines.is_empty() { String::new() } else { format!("\n    {}\n  ", lines.join(",\n    ")) };
     format!(
-        "{{\n  \"format\": \"{SCRIPT_FORMAT}\",\n  \"version\": {VERSION},\n  \"commands\": [{list}]\n}}\n"
+        "{{\n  \"format\": \"{SCRIPT_FORMAT}\",\n  \"version\": {PLAIN_VERSION},\n  \"commands\": [{list}]\n}}\n"
     )
 }
 
 /// Reads a script: `{"format": "isoswarm script", "version": 1, "commands": [...]}`.
 pub fn script_from_json(text: &str) -> Result<Vec<Entry>, Error> {
-    check_header(text, SCRIPT_FORMAT)?;
+    check_header(text, SCRIPT_FORMAT, PLAIN_VERSION)?;
     let file: ScriptFile = serde_json::from_str(text).map_err(|e| syntax(SCRIPT_FORMAT, &e))?;
     if file.commands.len() > MOST_COMMANDS {
         let n = file.commands.len();

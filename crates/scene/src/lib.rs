@@ -4,6 +4,7 @@
 //! points, settings and a clock. Everything that can be done to it is a [`Command`]; front-ends hold no algorithm.
 
 mod adapting;
+mod adapting_file;
 mod apply;
 mod command;
 mod control;

@@ -133,15 +133,17 @@ impl Scene {
     /// # Errors
     /// Settings that make no sense, a model without a surface or without an end where no bounds are given.
     pub fn new(model: &Model, settings: Settings) -> Result<Self, Error> {
-        Self::with_floaters(model, settings, 0.0, &[])
+        Self::with_floaters(model, settings, 0.0, &[], None)
     }
 
-    /// The same with floaters at a spacing that was found before (0: to be found), of which some may be known.
+    /// The same with floaters at a spacing that was found before (0: to be found), of which some may be known, and in a box that
+    /// may be known where none can be found.
     pub(crate) fn with_floaters(
         model: &Model,
         settings: Settings,
         spacing: f64,
         known: &[[f64; 3]],
+        box_before: Option<Aabb>,
     ) -> Result<Self, Error> {
         settings.check()?;
         let field = Field::new(model)?;
@@ -152,7 +154,10 @@ impl Scene {
                 format!("{} equations", field.components()),
             ));
         }
-        let bounds = bounds_of(&field, &settings)?;
+        let bounds = match (box_before, settings.bounds) {
+            (Some(b), None) => b,
+            _ => bounds_of(&field, &settings)?,
+        };
         let start = Swarm::of(known, spacing);
         let Some(mut swarm) = start.settled(&field, &bounds, &settings)? else {
             return Err(Error::Vanished { what: "this model".into() });

@@ -56,6 +56,10 @@ pub struct Settings {
     /// one quarter and four times that of uniform ones; 0: the same everywhere.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub curvature: f64,
+    /// Whether floaters go along with the surface where it moves, keeping their normals, as if painted on it: each can be followed
+    /// through time. Otherwise they take the shortest way to where it is.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub follow: bool,
     /// Denser floaters around the hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub focus: Option<Focus>,
@@ -87,6 +91,7 @@ impl Default for Settings {
             speed: default_speed(),
             recovery: 0.0,
             curvature: 0.0,
+            follow: false,
             focus: None,
         }
     }

@@ -1,6 +1,6 @@
 //! The floaters of a scene: how they are settled on a surface, and how they live on it.
 
-use isoswarm_field::{Aabb, Field};
+use isoswarm_field::{Aabb, Field, Surface};
 use isoswarm_particles::floaters::{Floaters, Parameters};
 use isoswarm_particles::{self as particles, Options, Samples, Status, sample};
 
@@ -25,6 +25,8 @@ const STAY: f64 = 0.9;
 const COARSE: f64 = 0.1;
 /// Where curvature sets the density it stays within this factor of that in the middle.
 const BENDS: f64 = 4.0;
+/// What may be left out of the field while the surface moves under the floaters, in spacings: far less than a step moves it.
+const SKETCHED: f64 = 3e-4;
 /// A place on the surface without a floater within so many spacings has not been seen yet.
 const UNSEEN: f64 = 4.0;
 
@@ -99,7 +101,7 @@ impl Swarm {
     pub(crate) fn orient(&mut self, field: &Field) -> Result<(), Error> {
         let n = self.floaters.points.len();
         let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
-        isoswarm_field::Surface::value_gradient(field, &self.floaters.points, &mut f, &mut g)?;
+        Surface::value_gradient(field, &self.floaters.points, &mut f, &mut g)?;
         for (normal, g) in self.floaters.normals.iter_mut().zip(&g) {
             *normal = unit(*g).unwrap_or_default();
         }
@@ -158,11 +160,46 @@ impl Swarm {
         Ok(floaters.len() == self.floaters.len())
     }
 
-    /// One step on the surface as it is now. False where no floater is left on it.
-    pub(crate) fn step(&mut self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
+    /// Moves the floaters along with the surface F = 0, before the change of its parameters, as if painted on it; see
+    /// [`particles::surface_velocity`]. No farther along the surface than it moves anywhere: where it is nearly flat normals say little.
+    pub(crate) fn follow(&mut self, field: &Field, change: &[f64]) -> Result<(), Error> {
+        if field.axes() != 3 || change.iter().all(|c| *c == 0.0) {
+            return Ok(());
+        }
+        let points = &mut self.floaters.points;
+        let n = points.len();
+        let velocity = particles::surface_velocity(field, points, change, [0.0; 3])?;
+        let (mut f, mut g) = (vec![0.0; n], vec![[0.0; 3]; n]);
+        Surface::value_gradient(field, points, &mut f, &mut g)?;
+        let across = |v: &[f64; 3], g: &[f64; 3]| {
+            let n = unit(*g).unwrap_or_default();
+            let s = isoswarm_field::vector::dot(*v, n);
+            [0, 1, 2].map(|a| s * n[a])
+        };
+        let normal: Vec<[f64; 3]> = velocity.iter().zip(&g).map(|(v, g)| across(v, g)).collect();
+        let most = normal.iter().map(|v| norm(*v)).fold(0.0, f64::max);
+        for ((p, v), n) in points.iter_mut().zip(&velocity).zip(&normal) {
+            let along = sub(*v, *n);
+            let part = (most / norm(along).max(f64::MIN_POSITIVE)).min(1.0);
+            *p = [0, 1, 2].map(|a| p[a] + n[a] + part * along[a]);
+        }
+        Ok(())
+    }
+
+    /// One step on the surface as it is now. While it is `moving`, floaters are led by a sketch of the field where there is one. False
+    /// where no floater is left on it.
+    pub(crate) fn step(
+        &mut self,
+        field: &Field,
+        bounds: &Aabb,
+        seed: u64,
+        moving: bool,
+    ) -> Result<bool, Error> {
         let most = Settings::MOST;
         let parameters = Parameters { most, ..Parameters::live(self.size, self.spacing / NEAREST) };
-        let happened = self.floaters.step(field, bounds, &[], &parameters, seed, &mut 0)?;
+        let sketch = if moving { field.sketch(SKETCHED * self.spacing) } else { None };
+        let surface = sketch.as_deref().unwrap_or(field);
+        let happened = self.floaters.step(surface, bounds, &[], &parameters, seed, &mut 0)?;
         self.births += happened.births as u64;
         self.deaths += happened.deaths as u64;
         if self.floaters.off > LOST * self.spacing {

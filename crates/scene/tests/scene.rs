@@ -480,3 +480,35 @@ fn a_region_does_not_keep_pins_from_arriving() {
     let report = s.apply(Command::Drag { hands, radius: Some(0.5), steps: 300 }).unwrap().drag.unwrap();
     assert!(report.reached, "{report:?}");
 }
+
+#[test]
+fn floaters_that_follow_go_along_with_a_ball() {
+    // A ball that slides along x through its own equations: paint on it goes along, shortest ways do not.
+    let moved = |follow: bool| {
+        let settings = Settings { amount: Amount::Count(300), follow, ..Settings::default() };
+        let model = text::parse("(x - a)^2 + y^2 + z^2 - 1", &[("a", 0.0)]).unwrap();
+        let mut s = Scene::new(&model, settings).unwrap();
+        s.step(40).unwrap();
+        let before: std::collections::BTreeMap<u64, V3> = {
+            let f = &s.frame().floaters;
+            f.id.iter().copied().zip(f.points.iter().copied()).collect()
+        };
+        let hand = s.pin([1.0, 0.0, 0.0]).unwrap();
+        s.drag(&[(hand, [1.5, 0.0, 0.0])]).unwrap();
+        assert!((value(&s, "a") - 0.5).abs() < 1e-9);
+        let f = &s.frame().floaters;
+        let ways: Vec<f64> =
+            f.id.iter()
+                .zip(&f.points)
+                .filter_map(|(id, p)| {
+                    before.get(id).map(|q| {
+                        ((p[0] - q[0] - 0.5).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2)).sqrt()
+                    })
+                })
+                .collect();
+        assert!(ways.len() > 250, "{}", ways.len());
+        ways.iter().sum::<f64>() / ways.len() as f64
+    };
+    let (along, shortest) = (moved(true), moved(false));
+    assert!(along < 0.05 && shortest > 3.0 * along, "{along} with, {shortest} without");
+}

@@ -75,7 +75,10 @@ def render_command(
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             if turns is None:
-                render(field, output, **options)
+                with _bar(quiet) as progress:
+                    task = progress.add_task("drawing", total=1.0)
+                    told = lambda part: progress.update(task, completed=part)  # noqa: E731
+                    render(field, output, progress=told, **options)
             else:
                 _turn(field, output, turns, rate, quiet, options)
         empty = any(issubclass(w.category, EmptySurfaceWarning) for w in caught)
@@ -90,11 +93,15 @@ def render_command(
 
 
 def _turn(field: Any, output: Path, turns: int, rate: float, quiet: bool, options: dict[str, Any]) -> None:
-    columns = (TextColumn("drawing  "), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
-    with Progress(*columns, console=errors, transient=True, disable=quiet) as progress:
+    with _bar(quiet) as progress:
         task = progress.add_task("drawing", total=turns)
         told = lambda done, _: progress.update(task, completed=done)  # noqa: E731
         turntable(field, output, frames=turns, rate=rate, progress=told, **options)
+
+
+def _bar(quiet: bool) -> Progress:
+    columns = (TextColumn("drawing  "), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
+    return Progress(*columns, console=errors, transient=True, disable=quiet)
 
 
 def plane(text: str) -> tuple[tuple[float, float, float], float]:

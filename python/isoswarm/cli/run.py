@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -45,9 +44,7 @@ def run_command(
     ] = None,
     every: Annotated[int, typer.Option("--every", min=1, help="Steps from one picture to the next.")] = EVERY,
     rate: Annotated[float, typer.Option("--rate", min=0.1, max=1000, help="Pictures a second.")] = 20.0,
-    style: Annotated[
-        str, typer.Option("--style", help="discs, or surface: by ray casting, a picture for each command.")
-    ] = "discs",
+    style: Annotated[str, typer.Option("--style", help="discs, or surface: by ray casting.")] = "discs",
     size: Annotated[str, typer.Option("--size", help="Width x height in pixels.")] = "640x480",
     azimuth: Annotated[float, typer.Option("--azimuth", help="Direction of view, in degrees.")] = 35.0,
     elevation: Annotated[float, typer.Option("--elevation", help="Direction of view, in degrees.")] = 25.0,
@@ -123,13 +120,11 @@ def replayed(scene: Scene, commands: list[dict[str, Any]], film: Film | None, ev
             place = moment.command
             progress.update(task, completed=moment.command + moment.steps / max(moment.most, 1))
             if film is not None:
-                film.add(moment.floaters, moment.pins, moment.pin_normals, moment.clock)
+                film.add(moment.floaters, moment.pins, moment.pin_normals, moment.clock, moment.model)
 
         if film is not None:
-            film.add(scene.floaters, *scene._inner.marks(), scene.clock)
+            film.add(scene.floaters, *scene._inner.marks(), scene.clock, scene.model)
         try:
-            if film is not None and film.cast:
-                return film.commands(scene, commands, lambda k: progress.update(task, completed=k))
             return scene.replay(commands, progress=told, every=None if film is None else every)
         except Exception:
             progress.stop()
@@ -143,7 +138,7 @@ class Film:
 
     def __init__(self, *, cast: bool = False) -> None:
         self.cast = cast
-        self._models: list[tuple[Field, Floats, Floats]] = []
+        self._models: list[tuple[Field | None, Floats, Floats]] = []
         self._frames: list[tuple[Column, ...]] = []
         self._clock = -1
         # Directions that are spread evenly, and the farthest that anything has been in each.
@@ -152,11 +147,14 @@ class Film:
         self._outline = np.zeros((200, 3))
         self._reach = np.full(200, -np.inf)
 
-    def add(self, floaters: Floaters, pins: Floats, pin_normals: Floats, clock: int) -> None:
+    def add(self, floaters: Floaters, pins: Floats, pin_normals: Floats, clock: int, model: Field | None) -> None:
         """Keep a moment, instead of the last one if no time has passed."""
         if self._clock == clock:
             self._frames.pop()
+            self._models.pop()
         self._clock = clock
+        # Rays need the model only, which may be large: not where discs are drawn.
+        self._models.append((model if self.cast else None, pins, pin_normals))
         columns = (floaters.points, floaters.normals, floaters.radii, pins, pin_normals)
         self._frames.append(tuple(column.astype(np.float32) for column in columns))
         reach = floaters.points @ self._directions.T
@@ -166,23 +164,13 @@ class Film:
         self._reach[farther] = reach[farther]
         self._outline[farther] = floaters.points[first[farther]]
 
-    def commands(self, scene: Scene, commands: list[dict[str, Any]], told: Callable[[int], object]) -> list[Any]:
-        """Replay, and keep the model after each command."""
-        results = []
-        self._models.append((scene.model, *scene._inner.marks()))
-        for k, command in enumerate(commands):
-            results += scene.replay([command])
-            self.add(scene.floaters, *scene._inner.marks(), scene.clock)
-            self._models.append((scene.model, *scene._inner.marks()))
-            told(k + 1)
-        return results
-
     def drawn(self, quiet: bool, **options: Any) -> list[bytes]:
         """The pictures, all seen by the same camera."""
         pictures = []
         if self.cast:
             with bar("drawing", quiet) as progress:
                 for model, pins, normals in progress.track(self._models, description="drawing"):
+                    assert model is not None
                     pictures.append(render_marked(model, pins, normals, frame=self._outline, **options))
             return pictures
         with bar("drawing", quiet) as progress:

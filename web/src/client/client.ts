@@ -3,6 +3,7 @@ import { CoreError } from './failure.js';
 import { Latest } from './latest.js';
 import { cancelled, Link, type RequestOptions, type Transport, type Wasm } from './link.js';
 import { Player, type PlayOptions } from './player.js';
+import { inForce } from './tail.js';
 import type {
   Budget,
   Change,
@@ -159,7 +160,8 @@ export class Client {
       this.#adapting = state.adapter !== null;
       if (!HARMLESS.has(command.do)) {
         this.#tail.push(command);
-        this.#saveSoon();
+        // What goes back beyond the last saved scene cannot be told by commands: that is saved at once.
+        this.#saveSoon(command.do === 'undo' || command.do === 'redo' ? 0 : this.#options.saveAfter);
       }
       this.#changed(state);
     } else if (name === 'advance' && ((input as Input<'advance'>).hands || (output as Frame).moving)) {
@@ -290,7 +292,7 @@ export class Client {
       if (this.#saved) {
         const { scene, points } = this.#saved;
         state = await link.request('open', { text: scene, points: points.slice() });
-        for (const command of this.#tail.filter(c => c.do !== 'undo' && c.do !== 'redo')) {
+        for (const command of inForce(this.#tail)) {
           // What cannot be done again is left out: the rest is worth more.
           state = await link.request('apply', { command }).then(
             done => done.state,
@@ -336,12 +338,16 @@ export class Client {
     return link;
   }
 
-  #saveSoon(): void {
-    if (this.#saver || this.#adapting || this.#closed) return;
+  #saveSoon(after = this.#options.saveAfter): void {
+    if (this.#adapting || this.#closed) return;
+    if (this.#saver) {
+      if (after > 0) return;
+      clearTimeout(this.#saver);
+    }
     this.#saver = setTimeout(() => {
       this.#saver = null;
       void this.save().catch(() => undefined);
-    }, this.#options.saveAfter);
+    }, after);
     (this.#saver as { unref?: () => void }).unref?.();
   }
 

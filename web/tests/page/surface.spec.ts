@@ -1,5 +1,5 @@
 /** What is seen: discs, points, mesh, colours, camera, section. */
-import { clip, expect, floaters, look, middle, openFormula, openFromGallery, rest, test } from './studio.ts';
+import { choose, clip, expect, floaters, look, middle, openFormula, openFromGallery, rest, test } from './studio.ts';
 
 test('the first scene is a lit surface of discs in the middle of the picture', async ({ studio }) => {
   const seen = await look(studio);
@@ -83,6 +83,35 @@ test('the camera orbits, zooms, fits, looks along axes and becomes orthographic'
   expect(flat.covered).toBeGreaterThan(0.05);
 });
 
+test('keys move the camera, and show what is chosen', async ({ studio }) => {
+  await openFormula(studio, 'sphere(1) | translate(sphere(0.3), x=3)');
+  await studio.getByRole('button', { name: 'Look from −Y' }).click();
+  await rest(studio);
+  const before = await look(studio);
+  for (let k = 0; k < 4; k++) await studio.keyboard.press('+');
+  await rest(studio);
+  const near = await look(studio);
+  expect(near.covered).toBeGreaterThan(1.3 * before.covered);
+  for (let k = 0; k < 4; k++) await studio.keyboard.press('-');
+  // A quarter turn to the right: the small ball comes before the large one.
+  for (let k = 0; k < 12; k++) await studio.keyboard.press('ArrowRight');
+  await rest(studio);
+  const aside = await look(studio);
+  expect(aside.box.right - aside.box.left).toBeLessThan(0.75 * (before.box.right - before.box.left));
+
+  await choose(studio, 'Translate');
+  await studio.keyboard.press('Shift+F');
+  await rest(studio);
+  const shown = await look(studio);
+  expect(shown.covered).toBeGreaterThan(2 * aside.covered);
+  // In the tree, arrows go through the tree.
+  await studio.locator('[role=treeitem][tabindex="0"]').focus();
+  await studio.keyboard.press('ArrowUp');
+  await rest(studio);
+  const same = await look(studio);
+  expect(Math.abs(same.box.left - shown.box.left)).toBeLessThan(3);
+});
+
 test('the section plane opens a ball and shows its inside', async ({ studio }) => {
   await openFormula(studio, 'sphere(1)');
   await studio.getByRole('button', { name: 'Look from −Y' }).click();
@@ -106,7 +135,6 @@ test('every scene of the gallery shows a surface', async ({ studio }) => {
   await studio.keyboard.press('Escape');
   expect(titles.length).toBeGreaterThan(15);
   for (const title of titles) {
-    // Around sharp edges floaters of a large part take minutes to come to rest: they need not here.
     await openFromGallery(studio, title);
     await expect.poll(() => floaters(studio), { message: title, timeout: 60_000 }).toBeGreaterThan(100);
     const least = title === 'Cassini oval' ? 0.002 : 0.04;
@@ -120,13 +148,17 @@ test('nothing is drawn while nothing moves', async ({ studio }) => {
   const drawn = await studio.evaluate(async () => {
     let calls = 0;
     const proto = WebGL2RenderingContext.prototype;
-    const draw = proto.drawArrays;
+    const { drawArrays, drawElements } = proto;
     proto.drawArrays = function (...args) {
       calls++;
-      return draw.apply(this, args);
+      return drawArrays.apply(this, args);
+    };
+    proto.drawElements = function (...args) {
+      calls++;
+      return drawElements.apply(this, args);
     };
     await new Promise(done => setTimeout(done, 1500));
-    proto.drawArrays = draw;
+    Object.assign(proto, { drawArrays, drawElements });
     return calls;
   });
   expect(drawn).toBe(0);

@@ -1,6 +1,6 @@
 //! The fast sum agrees with the tape, and its boxes hold the surface.
 
-use super::Sum;
+use super::{Recipe, Sum};
 use crate::{Aabb, Field, Surface, text};
 
 /// Deterministic numbers in [0, 1).
@@ -30,7 +30,7 @@ fn field(formula: &str) -> Field {
 }
 
 fn sum(field: &Field) -> Option<Sum> {
-    Sum::of(field.tape(0), field.uniforms(0))
+    Recipe::of(field.tape(0))?.sum(field.tape(0), field.uniforms(0))
 }
 
 fn cloud(count: usize, side: f64) -> Vec<[f64; 3]> {

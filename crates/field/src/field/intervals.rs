@@ -43,7 +43,7 @@ impl Field {
 
     /// Intervals of the second derivatives over a box: (k, d, d).
     pub fn interval_hessian(&self, lo: &[f64], hi: &[f64]) -> Result<Vec<Interval>, FieldError> {
-        use crate::plain::{forward, reverse};
+        use crate::plain::{Adjoints, forward, reverse};
         let (inputs, d) = (self.box_inputs(lo, hi)?, self.axes());
         let constant = |v| Dual { v, d: [Interval::ZERO; 3] };
         let mut out = Vec::new();
@@ -54,11 +54,11 @@ impl Field {
             for a in 0..d {
                 lanes[a] = Dual::variable(inputs[a], a);
             }
-            let (mut values, mut adjoints) = (Vec::new(), Vec::new());
+            let (mut values, mut adjoints) = (Vec::new(), Adjoints::default());
             forward(tape, &spans, &lanes, &mut values);
             reverse(tape, &spans, &values, &mut adjoints);
             for i in 0..d {
-                let row = tape.input(i).map_or([Interval::ZERO; 3], |at| adjoints[at].d);
+                let row = tape.input(i).map_or([Interval::ZERO; 3], |at| adjoints.list[at].d);
                 out.extend(&row[..d]);
             }
         }

@@ -6,6 +6,7 @@ mod differences;
 mod evaluate;
 mod intervals;
 mod leaves;
+mod minorant;
 mod pieces;
 mod rows;
 mod smooth;
@@ -15,7 +16,7 @@ pub use smooth::Regularity;
 
 use std::sync::{Arc, OnceLock};
 
-use crate::bumps::{Sum, Terms};
+use crate::bumps::{Recipe, Sum, Terms};
 use crate::kernel::Batch;
 use crate::model::{Lowered, Model, ParamInfo};
 use crate::program::{Program, Purpose};
@@ -35,6 +36,8 @@ struct Compiled {
     axes: usize,
     /// The terms of the first component, where it is a sum; found when first asked for.
     terms: OnceLock<Option<Terms>>,
+    /// How the first component is a sum of bumps, if it is one; found when first asked for.
+    recipe: OnceLock<Option<Recipe>>,
 }
 
 /// One function, compiled for each purpose.
@@ -87,7 +90,13 @@ impl Field {
         let leaves = leaves.iter().map(|l| LeafStage::new(&graph, l)).collect();
         let mut field = Field {
             model: model.clone(),
-            compiled: Arc::new(Compiled { parts, leaves, axes, terms: OnceLock::new() }),
+            compiled: Arc::new(Compiled {
+                parts,
+                leaves,
+                axes,
+                terms: OnceLock::new(),
+                recipe: OnceLock::new(),
+            }),
             params,
             uniforms: Vec::new(),
             bumps: OnceLock::new(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Field, cells};
-use crate::bumps::Sum;
+use crate::bumps::{Recipe, Sum};
 use crate::regions::{Narrowed, RegionOptions, Whole};
 use crate::surface::{Aabb, Cells, Parametric, Surface};
 use crate::switches::Switches;
@@ -36,7 +36,10 @@ impl Field {
     /// The field as a sum of bumps, which needs no pruning, if it is one.
     pub(super) fn bumps(&self) -> Option<&Sum> {
         let plain = self.axes() == 3 && self.components() == 1 && !self.is_opaque();
-        let find = || Sum::of(self.tape(0), &self.uniforms[0]).map(Arc::new);
+        let find = || {
+            let recipe = self.compiled.recipe.get_or_init(|| Recipe::of(self.tape(0))).as_ref()?;
+            recipe.sum(self.tape(0), &self.uniforms[0]).map(Arc::new)
+        };
         plain.then(|| self.bumps.get_or_init(find).as_deref())?
     }
 

@@ -56,7 +56,7 @@ impl Switches<'_> {
         let tape = self.whole.tape;
         let n = tape.instrs.len();
         let (mut seen, mut moves) = (vec![false; n], vec![false; n]);
-        let (mut values, mut adjoints) = (Vec::new(), Vec::new());
+        let (mut values, mut adjoints) = (Vec::new(), crate::plain::Adjoints::default());
         for k in 0..PROBES {
             // Points of a lattice that no symmetry knows of.
             let part = |a: usize| (0.5 + k as f64 * [0.754_877_666, 0.569_840_291, 0.618_033_989][a]).fract();
@@ -65,7 +65,8 @@ impl Switches<'_> {
             (0..self.whole.axes.min(3)).for_each(|a| inputs[a] = at(a));
             crate::plain::forward(tape, self.whole.uniforms, &inputs, &mut values);
             crate::plain::reverse(tape, self.whole.uniforms, &values, &mut adjoints);
-            let most = adjoints.iter().fold(0.0f64, |m, a: &f64| m.max(a.abs()));
+            let adjoints: &[f64] = &adjoints.list[..n];
+            let most = adjoints.iter().fold(0.0f64, |m, a| m.max(a.abs()));
             for i in (0..n).filter(|&i| is_switch(&tape.instrs[i]) && adjoints[i] != 0.0) {
                 seen[i] = true;
                 let idle = adjoints[i].abs() <= IDLE * most;

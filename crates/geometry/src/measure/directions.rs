@@ -7,7 +7,7 @@ use crate::GeometryError;
 use crate::mesh::{Mesh, Topology};
 
 /// A vertex this near a face of the bounds, in parts of their diagonal, lies on it.
-const ON_FACE: f64 = 1e-9;
+pub(super) const ON_FACE: f64 = 1e-9;
 
 /// Directions and normals of the vertices.
 pub(super) struct Directions {

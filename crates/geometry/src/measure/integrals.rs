@@ -177,8 +177,11 @@ impl Sums {
     }
 
     /// What each may be off besides the difference of the rules: rounding, and leaves that are not resolved.
-    pub(super) fn slack(&self) -> Vec<f64> {
-        self.size.iter().zip(&self.open).map(|(s, o)| ROUNDING * s + o).collect()
+    /// `missing` is the area that the mesh may leave out or cover twice: it may hold as much of each integral as the rest does.
+    pub(super) fn slack(&self, missing: f64) -> Vec<f64> {
+        let part =
+            ROUNDING + if missing > 0.0 { missing / self.size[AREA].max(f64::MIN_POSITIVE) } else { 0.0 };
+        self.size.iter().zip(&self.open).map(|(s, o)| part * s + o).collect()
     }
 }
 

@@ -7,6 +7,7 @@
 
 mod curved;
 mod directions;
+mod gaps;
 mod integrals;
 mod result;
 mod rules;
@@ -106,7 +107,9 @@ pub fn measure(
     };
     let has_curvature = work.has_curvature && work.options.curvature;
     let places = std::mem::take(&mut work.places);
-    Ok(result::collect(&work.sums, &topology, mesh, work.origin, has_curvature, weights, places))
+    let gaps = gaps::gaps(mesh, &topology, work.options.bounds.as_ref());
+    let over = result::Over { mesh, topology: &topology, gaps };
+    Ok(result::collect(&work.sums, &over, work.origin, has_curvature, weights, places))
 }
 
 fn check(surface: &dyn Surface, mesh: &Mesh, options: &MeasureOptions<'_>) -> Result<(), GeometryError> {

@@ -3,6 +3,7 @@
 use isoswarm_field::vector::V3;
 
 use super::directions::boundary;
+use super::gaps::Gaps;
 use super::integrals::{
     AREA, BUILT_IN, GAUSSIAN_CURVATURE, MEAN_CURVATURE, SHELL_FIRST, SHELL_SECOND, SOLID_FIRST, SOLID_SECOND,
     Sums, THIN_PLATE, VOLUME, WILLMORE,
@@ -63,6 +64,9 @@ pub struct Measures {
     pub places: Vec<[f64; 3]>,
     /// What is not guaranteed, and why; empty where all is well.
     pub notes: Vec<String>,
+    /// Whether the errors can be relied on: the mesh covers the surface once, as far as can be told. Not so where it has holes inside
+    /// the bounds or is no oriented manifold: then the errors are wide guesses.
+    pub reliable: bool,
 }
 
 /// Centroid and inertia from ∫ 1, ∫ x and ∫ x xᵀ, coordinates relative to the origin that they were taken from.
@@ -118,18 +122,26 @@ impl Errors {
     }
 }
 
+/// The mesh that was integrated over, its topology, and what it may leave out.
+pub(super) struct Over<'a> {
+    pub(super) mesh: &'a Mesh,
+    pub(super) topology: &'a Topology,
+    pub(super) gaps: Gaps,
+}
+
 pub(super) fn collect(
     sums: &Sums,
-    topology: &Topology,
-    mesh: &Mesh,
+    over: &Over,
     origin: V3,
     has_curvature: bool,
     weights: Vec<f64>,
     mut places: Vec<V3>,
 ) -> Measures {
-    let errors = Errors { reported: sums.reported(), check: sums.check(), slack: sums.slack() };
+    let Over { mesh, topology, gaps } = *over;
+    let errors = Errors { reported: sums.reported(), check: sums.check(), slack: sums.slack(gaps.area) };
     let closed = topology.is_closed();
     let mut notes = Vec::new();
+    let reliable = topology.is_manifold() && gaps.holes == 0;
     if !places.is_empty() {
         notes.push(format!(
             "the quadrature did not settle at {}{} places (creases, singular points, or triangles too coarse for the \
@@ -148,6 +160,13 @@ pub(super) fn collect(
             "the surface is open ({} boundary loops): it bounds no volume; close it, or intersect the model with a box",
             topology.boundaries
         ));
+        if gaps.holes > 0 {
+            notes.push(format!(
+                "{} of the loops do not lie on the box: the mesh has holes there, and an area of about {:.1e} may be missing; the \
+                 errors account for it as a guess. Ask for more samples, or for smaller ones where the surface bends",
+                gaps.holes, gaps.area
+            ));
+        }
         let room = super::MOST_PLACES - places.len().min(super::MOST_PLACES);
         places.extend(boundary(mesh).into_iter().take(room).map(|v| mesh.points[v as usize]));
     }
@@ -179,5 +198,6 @@ pub(super) fn collect(
         weights,
         places,
         notes,
+        reliable,
     }
 }

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::progress::{LIGHT, Stage, Told};
 use super::scene::Scene;
 use super::vector::{V3, add, dot, frame, scaled, unit};
 use crate::GeometryError;
@@ -58,12 +59,18 @@ pub(super) struct Receiver {
     pub radius: f32,
 }
 
+/// Directions from which the key light comes.
+pub(super) fn key_directions() -> Vec<V3> {
+    cone(unit(KEY), KEY_RAYS)
+}
+
 /// Light on the scene's discs that are drawn, then on the others; and on the ground.
 pub(super) fn gather(
     scene: &Scene,
     others: Vec<Receiver>,
     ground: bool,
     stop: &AtomicBool,
+    told: Told,
 ) -> Result<(Vec<Light>, Option<Ground>), GeometryError> {
     let ground = ground.then(|| GroundPlane::new(scene));
     let mut receivers: Vec<Receiver> = (0..scene.drawn)
@@ -82,7 +89,8 @@ pub(super) fn gather(
     // Fewer directions for very many points: their number times the points is what costs.
     let skies = (12_000_000 / scene.len().max(1)).clamp(32, 112);
     let sky: Vec<V3> = sphere(skies);
-    let key = cone(unit(KEY), KEY_RAYS);
+    let key = key_directions();
+    let stage = Stage::new(told, LIGHT.0, LIGHT.1, sky.len().div_ceil(BATCH) + key.len().div_ceil(BATCH));
     for (directions, is_sky) in [(&sky, true), (&key, false)] {
         for batch in directions.chunks(BATCH) {
             if stop.load(Ordering::Relaxed) {
@@ -103,6 +111,7 @@ pub(super) fn gather(
                     }
                 }
             });
+            stage.tick();
         }
     }
     let ground = ground.map(|plane| plane.lit(light.split_off(wanted)));

@@ -10,9 +10,11 @@ mod color;
 mod image;
 mod light;
 mod options;
+mod progress;
 mod raster;
 mod scene;
 mod shade;
+mod shadows;
 mod solid;
 mod triangles;
 mod vector;
@@ -28,6 +30,7 @@ pub use triangles::{MeshLook, MeshStyle};
 
 use crate::render::Caster;
 use crate::{GeometryError, PointCloud};
+use progress::{CAST, RASTER, SHADOWS, Stage};
 use solid::Surfels;
 
 /// What a picture shows. Everything hides and shades everything else.
@@ -111,6 +114,20 @@ pub fn draw(
     options: &PictureOptions,
     stop: &AtomicBool,
 ) -> Result<Drawn, GeometryError> {
+    draw_told(subject, frame, options, stop, &|_| {})
+}
+
+/// [`draw`] that tells, from whichever thread, what part of the work is done, 0 to 1.
+///
+/// # Errors
+/// Those of [`draw`].
+pub fn draw_told(
+    subject: &Subject<'_>,
+    frame: Option<&[[f64; 3]]>,
+    options: &PictureOptions,
+    stop: &AtomicBool,
+    told: &(dyn Fn(f64) + Sync),
+) -> Result<Drawn, GeometryError> {
     let mut cloud = subject.cloud;
     cloud.check()?;
     options.check()?;
@@ -129,8 +146,11 @@ pub fn draw(
     let scene = scene::Scene::new(&cloud, &surfels.cloud(), frame, options)?;
     let camera = camera::Camera::new(&scene, options);
     let mut buffers = Vec::new();
+    let tiles = subject.solids.len() * solid::Draw::tiles(options);
+    let stage = Stage::new(told, CAST.0, CAST.1, tiles);
     for ((solid, caster), radius) in subject.solids.iter().zip(&casters).zip(&surfels.mean) {
-        let draw = solid::Draw { solid, caster, scene: &scene, camera: &camera, options, stop };
+        let draw =
+            solid::Draw { solid, caster, scene: &scene, camera: &camera, options, stop, stage: &stage };
         buffers.push(draw.buffer(*radius)?);
     }
     for (look, radius) in subject.meshes.iter().zip(&surfels.mean[subject.solids.len()..]) {
@@ -139,20 +159,35 @@ pub fn draw(
     }
     // From below, the ground would hide the points.
     let ground = options.ground && scene.up[2] > 0.03 && scene.len() > 0;
-    let (light, ground) = light::gather(&scene, receivers(&buffers), ground, stop)?;
+    let (light, ground) = light::gather(&scene, receivers(&buffers), ground, stop, told)?;
     let mut fragments = light[scene.drawn..].iter();
     for f in buffers.iter_mut().flat_map(|b| &mut b.fragments) {
         if let Some(light) = fragments.next() {
             (f.sky, f.key) = (light.sky[0], light.key[0]);
         }
     }
+    if casts_shadows(subject, &casters, options) {
+        let shadows = shadows::Shadows { solids: &subject.solids, casters: &casters, scene: &scene, stop };
+        let stage = Stage::new(told, SHADOWS.0, SHADOWS.1, buffers.len() * 2 * light::key_directions().len());
+        buffers.iter_mut().try_for_each(|b| shadows.cast(b, options.height as usize, &stage))?;
+    }
     let studio = shade::Studio::new(&camera, ground.as_ref(), scene.up, options);
-    let rgba = raster::Raster::new(&scene, &camera, &light, &studio, &buffers, options).draw(stop)?;
+    let strips = Stage::new(told, RASTER.0, RASTER.1, (options.height as usize).div_ceil(raster::TILE));
+    let rgba =
+        raster::Raster::new(&scene, &camera, &light, &studio, &buffers, options).draw(stop, &strips)?;
     Ok(Drawn {
         picture: Picture { width: options.width, height: options.height, rgba },
         empty: scene.len() == 0,
         certified: casters.iter().all(Caster::is_certified),
     })
+}
+
+/// Whether shadows on solids are cast by rays. Not where something else throws shadows that rays do not meet, where light comes
+/// through, or where a ray is a walk through an opaque function: then the depth maps of the sky's light do.
+fn casts_shadows(subject: &Subject, casters: &[Caster], options: &PictureOptions) -> bool {
+    let alone = subject.cloud.points.is_empty() && subject.meshes.is_empty();
+    let opaque = subject.solids.iter().all(|s| s.opacity >= 1.0);
+    alone && opaque && options.shadow > 0.0 && casters.iter().all(Caster::is_certified)
 }
 
 /// The places of all fragments, where light arrives.

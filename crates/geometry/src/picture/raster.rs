@@ -11,6 +11,7 @@ use super::camera::Camera;
 use super::color::{byte, linear};
 use super::light::Light;
 use super::options::{PictureOptions, Style};
+use super::progress::Stage;
 use super::scene::Scene;
 use super::shade::{Spot, Studio};
 use super::vector::{V3, add, dot, mixed, scaled, unit};
@@ -131,7 +132,7 @@ impl<'a> Raster<'a> {
     }
 
     /// The picture's bytes.
-    pub fn draw(&self, stop: &AtomicBool) -> Result<Vec<u8>, GeometryError> {
+    pub fn draw(&self, stop: &AtomicBool, stage: &Stage) -> Result<Vec<u8>, GeometryError> {
         let columns = self.width.div_ceil(TILE);
         let bins = self.bins(columns, self.height.div_ceil(TILE));
         let mut rgba = vec![0; 4 * self.width * self.height];
@@ -145,6 +146,7 @@ impl<'a> Raster<'a> {
                     (tile.x, tile.y) = (column * TILE, row * TILE);
                     self.draw_tile(tile, bins.of(row * columns + column), strip);
                 }
+                stage.tick();
             },
         );
         if stop.load(Ordering::Relaxed) { Err(GeometryError::Cancelled) } else { Ok(rgba) }

@@ -9,6 +9,7 @@ use super::buffer::{Buffer, Fragment, Span};
 use super::camera::Camera;
 use super::color::{Colormap, bend, colors, linear};
 use super::options::{Coloring, PictureOptions};
+use super::progress::Stage;
 use super::scene::Scene;
 use super::vector::{V3, scaled, smoothstep};
 use crate::GeometryError;
@@ -202,6 +203,19 @@ pub(super) struct Draw<'a> {
     pub camera: &'a Camera,
     pub options: &'a PictureOptions,
     pub stop: &'a AtomicBool,
+    /// Ticks for each tile.
+    pub stage: &'a Stage<'a>,
+}
+
+impl Draw<'_> {
+    /// Tiles that are cast for a picture.
+    pub fn tiles(options: &PictureOptions) -> usize {
+        let of = |samples: u32| {
+            [options.width, options.height].map(|s| (s * samples) as usize).map(|s| s.div_ceil(SIDE))
+        };
+        let [coarse, fine] = [of(1), of(options.supersampling)].map(|[x, y]| x * y);
+        coarse + fine
+    }
 }
 
 /// A fragment in the world, before it has a colour.
@@ -261,6 +275,7 @@ impl Draw<'_> {
         let is_wanted = |x: usize, y: usize| x < width && y < height && wanted(x / samples, y / samples);
         let step = 1.0 / samples as f64;
         let tile = |k: usize| {
+            self.stage.tick();
             let [x, y] = corner(k);
             let inside = |column, row| is_wanted(x + column, y + row);
             if !(0..SIDE * SIDE).any(|i| inside(i % SIDE, i / SIDE)) {

@@ -33,6 +33,11 @@ impl Ray {
     fn is_open(&self) -> bool {
         self.near < self.far
     }
+
+    /// The box around its points for t from `from` to `to`, with a little room for rounding.
+    pub(super) fn swept(&self, from: f64, to: f64) -> Aabb {
+        Common::of(self).swept(from, to)
+    }
 }
 
 /// A square of rays: its level and its place among those of its level.

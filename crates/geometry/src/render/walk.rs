@@ -162,10 +162,16 @@ impl<'a> Walk<'a> {
             return;
         }
         for i in cell.square.rays() {
-            if !self.states[i].begun && self.is_open(i) && self.bundle.rays[i].near < cell.to {
+            if self.begins_in(i, cell) {
                 self.begin(i, inside);
             }
         }
+    }
+
+    /// Whether nothing is known yet of where ray `i` begins, and it is in this cell. (One that begins before may have a part that waits.)
+    pub(super) fn begins_in(&self, i: usize, cell: Cell) -> bool {
+        let near = self.bundle.rays[i].near;
+        !self.states[i].begun && self.is_open(i) && cell.from <= near && near < cell.to
     }
 
     /// The ray begins inside or outside.

@@ -10,7 +10,7 @@ use crate::vector::{V3, along, dot, norm, scale, sub};
 /// Part of a row below which it depends on the others. Two pins nearer to each other than this part of the
 /// model's size act as one.
 const RANK_TOLERANCE: f64 = 1e-6;
-/// Feedback corrections after a step.
+/// Feedback corrections after a step, with the same derivatives.
 const CORRECTIONS: usize = 6;
 /// What is tried, one after the other, until the surface does what its derivatives promise: the part of the step, and how much pins
 /// may be missed for the sake of a smaller change (a part of the longest row; what is missed is made up for by later steps). Pins that
@@ -160,9 +160,14 @@ fn attempt(
             }
             within = solve(&change(&goal));
         }
+        let mut held = vec![false; m];
+        within.at_limit.iter().for_each(|&j| held[j] = true);
         let trial = Trial {
             system: &within.system,
             first: &within.change,
+            metric,
+            held,
+            damping,
             q,
             room: &room,
             limits: &limits,
@@ -233,6 +238,10 @@ fn differentiate(surface: &dyn Parametric, points: &[V3]) -> Result<Rows, FieldE
 struct Trial<'a> {
     system: &'a System,
     first: &'a Change,
+    metric: &'a [f64],
+    /// Parameters that are held at a limit.
+    held: Vec<bool>,
+    damping: f64,
     q: &'a [f64],
     room: &'a [(f64, f64)],
     limits: &'a [(f64, f64)],
@@ -266,7 +275,8 @@ impl Trial<'_> {
         let exact: Vec<bool> = (0..n).map(|i| pins[i].softness == 0.0 && self.system.regular(i)).collect();
         let mut last = f64::INFINITY;
         let mut first: Option<(f64, Vec<f64>, Vec<V3>)> = None;
-        for round in 0..=CORRECTIONS {
+        let (mut renewed, mut spent) = (None, 0);
+        for round in 0.. {
             let next: Vec<f64> = self.q.iter().zip(&change).map(|(a, b)| a + b).collect();
             if !next.iter().all(|v| v.is_finite()) {
                 return Ok(None);
@@ -293,16 +303,22 @@ impl Trial<'_> {
                 let unmet = (0..n).filter(|&i| exact[i]).map(off).sum();
                 first = Some((unmet, surface.q(), places.clone()));
             }
-            if round == CORRECTIONS || worst > 0.7 * last {
+            if spent == CORRECTIONS || worst > 0.7 * last {
                 if worst > loose {
                     return self.better(surface, first);
                 }
-                break;
+                // Near, but the derivatives have changed too much on the way: once more with those of this place.
+                if renewed.is_some() {
+                    break;
+                }
+                renewed = Some(self.renewed(surface, pins, &places)?);
+                spent = 0;
             }
+            spent += 1;
             last = worst;
             let back: Vec<f64> =
                 (0..n).map(|i| if exact[i] { self.goal[i] - value[i] } else { 0.0 }).collect();
-            let more = self.system.solve(&back);
+            let more = renewed.as_ref().unwrap_or(self.system).solve(&back);
             for j in 0..change.len() {
                 change[j] = (change[j] + more.q[j]).clamp(self.room[j].0, self.room[j].1);
             }
@@ -311,6 +327,13 @@ impl Trial<'_> {
             }
         }
         Ok(Some(Landed { places, value, gradient }))
+    }
+
+    /// The system at the present q and places.
+    fn renewed(&self, surface: &dyn Parametric, pins: &[Pin], places: &[V3]) -> Result<System, Error> {
+        let rows = differentiate(surface, places)?;
+        let least = negligible(&rows.gradient);
+        Ok(System::new(&rows, pins, self.metric, &self.held, least, (RANK_TOLERANCE, self.damping)))
     }
 
     /// Pins that were not met before either need only be met better: then the change as it was before corrections will do.

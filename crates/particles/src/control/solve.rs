@@ -45,21 +45,20 @@ struct Entry {
 
 /// The rows as lengths at unit costs, without what cannot be used.
 fn scaled(rows: &Rows, scale: &[f64], metric: &[f64], held: &[bool]) -> Vec<Vec<Entry>> {
+    let unit = |(cost, held): (&f64, &bool)| if *cost > 0.0 && !held { 1.0 / cost } else { 0.0 };
+    let unit: Vec<f64> = metric.iter().zip(held).map(unit).collect();
     let one = |i: usize| -> Vec<Entry> {
         if scale[i] == 0.0 {
             return Vec::new();
         }
-        let usable = rows.q_gradient.entries_of(i).filter(|&(j, _)| metric[j] > 0.0 && !held[j]);
-        let entry = |(j, v): (usize, f64)| (j, v, v.abs() / metric[j]);
-        let own: Vec<(usize, f64, f64)> = usable.map(entry).collect();
-        let largest = own.iter().map(|e| e.2).fold(0.0, f64::max);
-        own.iter()
-            .map(|&(j, v, size)| Entry {
-                column: j as u32,
-                value: scale[i] * v * (1.0 / metric[j]),
-                counts: size > NOTHING * largest,
-            })
-            .collect()
+        let usable = || rows.q_gradient.entries_of(i).filter(|&(j, _)| unit[j] > 0.0);
+        let largest = usable().map(|(j, v)| v.abs() * unit[j]).fold(0.0, f64::max);
+        let entry = |(j, v): (usize, f64)| Entry {
+            column: j as u32,
+            value: scale[i] * v * unit[j],
+            counts: v.abs() * unit[j] > NOTHING * largest,
+        };
+        usable().map(entry).collect()
     };
     (0..scale.len()).map(one).collect()
 }

@@ -9,12 +9,13 @@ mod forces;
 pub mod modes;
 
 use isoswarm_field::{Aabb, Surface};
+use rayon::prelude::*;
 
 use crate::Error;
-use crate::constraint::{Target, Walls, evaluate, floater_velocity, project};
+use crate::constraint::{CHUNK, Target, Walls, evaluate, floater_velocity, project};
 use crate::neighbors::Grid;
 use crate::rng::{Rng, Stream};
-use crate::vector::{V3, add, along, norm, scale, sub, unit};
+use crate::vector::{V3, add, along, dot, norm, scale, sub, unit};
 use forces::{Force, Kept, forces};
 
 /// The constants of WH94 section 5; lengths in model units.
@@ -100,6 +101,10 @@ pub struct Floaters {
     pub off: f64,
     next_id: u64,
     steps: u64,
+    /// Normals at the beginning of the last step.
+    facing: Vec<[f64; 3]>,
+    /// Steps for which each still counts as one on a crease.
+    crease: Vec<u8>,
     /// Who is near whom; made when needed.
     kept: Option<Kept>,
 }
@@ -118,6 +123,20 @@ impl PartialEq for Floaters {
 
 /// A step of more than this part of the radius is followed by Newton steps.
 const FAR_STEP: f64 = 0.1;
+
+/// A floater whose normal turns by more than this (its cosine) in a step of less than its radius lies on a crease,
+const SHARP: f64 = 0.5;
+/// and counts as one that does for so many steps.
+const CREASE_STEPS: u8 = 32;
+
+/// A floater after a step.
+struct Moved {
+    point: V3,
+    velocity: V3,
+    sigma: f64,
+    /// |F|/|∇F| before it.
+    off: f64,
+}
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -143,6 +162,8 @@ impl Floaters {
             off: 0.0,
             next_id: n as u64,
             steps: 0,
+            facing: vec![[0.0; 3]; n],
+            crease: vec![0; n],
             kept: None,
         }
     }
@@ -182,37 +203,26 @@ impl Floaters {
         let p = parameters;
         let (mut value, mut gradient) = (Vec::new(), Vec::new());
         evaluate(surface, evaluations, &self.points, &mut value, &mut gradient)?;
-        self.normals = gradient.iter().map(|&g| unit(g)).collect();
+        let sheets = self.turn(&gradient, p.dt);
         let least = 1e-9 * mean_length(&gradient);
 
         // Repulsion forces between floaters set their desired velocities P^i (eq. 9).
-        let force = forces(&self.points, &self.normals, &self.sigma, p.alpha, &mut self.kept);
+        let force = forces(&self.points, &sheets, &self.sigma, p.alpha, &mut self.kept);
 
-        // Actual velocities, constrained by the surface and its motion (eq. 5). Where the gradient vanishes the
-        // surface is ill-defined and a floater rests. A step does not exceed σ̂ or σ^i, whichever is larger.
-        let distance = |i: usize| {
-            let d = value[i].abs() / norm(gradient[i]);
-            if value[i].is_finite() && !d.is_finite() { 0.0 } else { d }
-        };
-        self.off =
-            (0..self.len()).map(distance).fold(0.0, |a, d| if d.is_nan() { f64::INFINITY } else { a.max(d) });
-        for i in 0..self.len() {
-            let moving = motion.get(i).copied().unwrap_or(0.0);
-            let desired = walls.slide(self.points[i], self.normals[i], force[i].desired);
-            let v = floater_velocity(desired, value[i], gradient[i], moving, p.phi, least);
-            let fastest = self.desired_radius(i, p).max(self.sigma[i]) / p.dt;
-            self.velocity[i] = scale(v, (fastest / norm(v)).min(1.0));
+        // Actual velocities, constrained by the surface and its motion (eq. 5); changes of the repulsion radii (eqs. 12, 10 and 13);
+        // Euler's method for both.
+        let each = (0..self.len()).into_par_iter().with_min_len(CHUNK);
+        let moved: Vec<Moved> = each
+            .map(|i| {
+                let moving = motion.get(i).copied().unwrap_or(0.0);
+                self.moved(i, &walls, p, (value[i], gradient[i], moving, least), &force[i])
+            })
+            .collect();
+        self.off = 0.0;
+        for (i, m) in moved.into_iter().enumerate() {
+            self.off = if m.off.is_nan() { f64::INFINITY } else { self.off.max(m.off) };
+            (self.points[i], self.velocity[i], self.sigma[i]) = (m.point, m.velocity, m.sigma);
             self.energy[i] = force[i].energy;
-        }
-
-        // Changes of the repulsion radii (eqs. 12, 10 and 13) and Euler's method for both.
-        for i in 0..self.len() {
-            self.points[i] = walls.clamp(along(self.points[i], p.dt, self.velocity[i]));
-            if p.adaptive {
-                let rate = radius_rate(&force[i], self.sigma[i], p);
-                // Not to less than half in a step, and never beyond σ^max.
-                self.sigma[i] = (self.sigma[i] + p.dt * rate).max(0.5 * self.sigma[i]).min(p.sigma_max);
-            }
         }
         self.project(surface, &walls, p, least, evaluations)?;
         let happened = if p.adaptive {
@@ -223,6 +233,57 @@ impl Floaters {
         self.steps += 1;
         self.size.clear();
         Ok(happened)
+    }
+
+    /// Where a floater goes. Where the gradient vanishes the surface is ill-defined and it rests. A step does not exceed σ̂ or σ^i,
+    /// whichever is larger.
+    fn moved(
+        &self,
+        i: usize,
+        walls: &Walls,
+        p: &Parameters,
+        (value, gradient, moving, least): (f64, V3, f64, f64),
+        force: &Force,
+    ) -> Moved {
+        let off = value.abs() / norm(gradient);
+        let off = if value.is_finite() && !off.is_finite() { 0.0 } else { off };
+        let desired = walls.slide(self.points[i], self.normals[i], force.desired);
+        let v = floater_velocity(desired, value, gradient, moving, p.phi, least);
+        let fastest = self.desired_radius(i, p).max(self.sigma[i]) / p.dt;
+        let velocity = scale(v, (fastest / norm(v)).min(1.0));
+        let point = walls.clamp(along(self.points[i], p.dt, velocity));
+        let mut sigma = self.sigma[i];
+        if p.adaptive {
+            // Not to less than half in a step, and never beyond σ^max.
+            let rate = radius_rate(force, sigma, p);
+            sigma = (sigma + p.dt * rate).max(0.5 * sigma).min(p.sigma_max);
+        }
+        Moved { point, velocity, sigma, off }
+    }
+
+    /// Takes the normals over, and gives those by which floaters tell who is on their sheet: none, which means all sheets, for those
+    /// that lie on a crease.
+    ///
+    /// What pushes a floater on a face towards a sharp edge pushes it over, onto the other face, where the others push it back: it
+    /// stays at the edge, and its normal is now that of the one face, now that of the other. If it counted for one face at
+    /// a time, the energies of all around it would change from step to step, and births and deaths would never cease.
+    fn turn(&mut self, gradient: &[V3], dt: f64) -> Vec<V3> {
+        let mut came = false;
+        for (i, &g) in gradient.iter().enumerate() {
+            let (old, new) = (self.facing[i], unit(g));
+            let sharp = old != [0.0; 3]
+                && new != [0.0; 3]
+                && dot(old, new) < SHARP
+                && norm(self.velocity[i]) * dt < self.sigma[i];
+            came |= sharp && self.crease[i] == 0;
+            self.crease[i] = if sharp { CREASE_STEPS } else { self.crease[i].saturating_sub(1) };
+            (self.normals[i], self.facing[i]) = (new, new);
+        }
+        if came {
+            self.kept = None;
+        }
+        let on = |(n, left): (&V3, &u8)| if *left > 0 { [0.0; 3] } else { *n };
+        self.normals.iter().zip(&self.crease).map(on).collect()
     }
 
     /// Newton steps after Euler's. Where the feedback was a whole Newton step itself (φΔt = 1), only those that have moved so far
@@ -313,6 +374,8 @@ impl Floaters {
             } else {
                 next.push(self.points[i], self.normals[i], sigma, self.energy[i], self.id[i]);
                 *next.velocity.last_mut().expect("pushed above") = self.velocity[i];
+                *next.facing.last_mut().expect("pushed above") = self.facing[i];
+                *next.crease.last_mut().expect("pushed above") = self.crease[i];
             }
         }
         let mut points: Vec<V3> = children.iter().map(|&k| next.points[k]).collect();
@@ -391,6 +454,8 @@ impl Floaters {
         self.sigma.push(sigma);
         self.velocity.push([0.0; 3]);
         self.energy.push(energy);
+        self.facing.push([0.0; 3]);
+        self.crease.push(0);
         self.id.push(id);
     }
 }

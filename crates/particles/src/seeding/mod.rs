@@ -159,8 +159,13 @@ impl Seeds<'_> {
     /// Whether the surface bends so much from seed to seed that `n` floaters, which are more, may tell apart what the
     /// seeds could not.
     pub(crate) fn too_coarse_for(&self, n: usize) -> bool {
+        n > 2 * self.uniform && self.rough()
+    }
+
+    /// Whether the surface bends so much from seed to seed that pieces of it may be overlooked or taken for one.
+    pub(crate) fn rough(&self) -> bool {
         let apart = linear(self.area / self.uniform.max(1) as f64, self.walls.axes);
-        n > 2 * self.uniform && self.bend * apart > BENT
+        self.bend * apart > BENT
     }
 
     /// The seeds that are uniform by area.

@@ -1,5 +1,7 @@
 /** Keys, and what they do: one table for the page and for the help sheet. */
 import { toggleSection } from '../viewport/cut.ts';
+import type { Move } from '../viewport/eye.ts';
+import { showChosen } from '../viewport/showChosen.ts';
 import { stage } from '../viewport/Viewport.tsx';
 import { deletePins, startAdapter } from './actions.ts';
 import { open, saveFile } from './files.ts';
@@ -16,10 +18,18 @@ interface Shortcut {
   key: string;
   ctrl?: boolean;
   shift?: boolean;
+  /** Other values of `event.key` that do the same. */
+  also?: readonly string[];
 }
+
+/** What a key turns the camera by (radians), and how much nearer it brings it. */
+const TURN = Math.PI / 24;
+const NEARER = 1.15;
 
 const mode = (m: Mode) => () => setView({ mode: m });
 const deform = (adapter: Parameters<typeof startAdapter>[1]) => () => void startAdapter(chosen.value ?? '', adapter);
+
+const look = (by: Move) => () => stage.value?.eye.move(by);
 
 export const SHORTCUTS: readonly Shortcut[] = [
   { group: 'Scene', keys: 'Ctrl Z', key: 'z', ctrl: true, label: 'undo', run: () => void undo() },
@@ -33,6 +43,13 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { group: 'Time', keys: '.', key: '.', label: 'one step', run: () => void stepOnce() },
   { group: 'Time', keys: 'Shift R', key: 'r', shift: true, label: 'start again', run: () => void open.again() },
   { group: 'Look', keys: 'F', key: 'f', label: 'show all', run: () => stage.value?.fit() },
+  { group: 'Look', keys: 'Shift F', key: 'f', shift: true, label: 'show what is chosen', run: () => void showChosen() },
+  { group: 'Look', keys: '←', key: 'arrowleft', label: 'go around to the left', run: look({ right: -TURN }) },
+  { group: 'Look', keys: '→', key: 'arrowright', label: 'to the right', run: look({ right: TURN }) },
+  { group: 'Look', keys: '↑', key: 'arrowup', label: 'up', run: look({ up: TURN }) },
+  { group: 'Look', keys: '↓', key: 'arrowdown', label: 'down', run: look({ up: -TURN }) },
+  { group: 'Look', keys: '+', key: '+', also: ['='], label: 'nearer', run: look({ nearer: NEARER }) },
+  { group: 'Look', keys: '-', key: '-', also: ['_'], label: 'farther', run: look({ nearer: 1 / NEARER }) },
   { group: 'Look', keys: '1', key: '1', label: 'discs', run: mode('discs') },
   { group: 'Look', keys: '2', key: '2', label: 'points', run: mode('points') },
   { group: 'Look', keys: '3', key: '3', label: 'mesh', run: mode('mesh') },
@@ -72,9 +89,11 @@ export function listenForKeys(): void {
     if (dialog.value || (typing && !event.ctrlKey && !event.metaKey)) return;
     const key = event.key.toLowerCase();
     if ((key === ' ' || key === 'enter') && target.closest('button, [role=button], [role=treeitem], a')) return;
+    // Widgets that arrows move in keep them.
+    if (key.startsWith('arrow') && target.closest('input, [role=tree], [role=menu], [role=radiogroup], [role=tablist], [role=slider]')) return;
     const ctrl = event.ctrlKey || event.metaKey;
     if (typing && key === 'z') return;
-    const all = SHORTCUTS.filter(s => s.key === key && Boolean(s.ctrl) === ctrl);
+    const all = SHORTCUTS.filter(s => (s.key === key || s.also?.includes(key)) && Boolean(s.ctrl) === ctrl);
     const found = all.find(s => Boolean(s.shift) === event.shiftKey) ?? all.find(s => !s.shift && !/[a-z]/.test(s.key));
     if (!found || event.altKey) return;
     event.preventDefault();

@@ -16,6 +16,15 @@ export interface Ray {
   direction: Vec3;
 }
 
+/** How keys move the camera: angles in radians. */
+export interface Move {
+  right?: number;
+  up?: number;
+  nearer?: number;
+}
+
+/** Least angle between the direction of sight and straight up or down, where left and right end. */
+const LEAST_POLAR = 1e-3;
 /** Half the field of view, in degrees. */
 const HALF_FOV = 15;
 const TAN = Math.tan(THREE.MathUtils.degToRad(HALF_FOV));
@@ -28,7 +37,10 @@ export class Eye {
   private insets: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
   private size = { width: 1, height: 1 };
 
-  constructor(canvas: HTMLElement, onChange: () => void) {
+  constructor(
+    canvas: HTMLElement,
+    private readonly onChange: () => void,
+  ) {
     for (const camera of [this.perspective, this.flat]) {
       camera.up.set(0, 0, 1);
       camera.position.set(6, -9, 5);
@@ -96,6 +108,22 @@ export class Eye {
     this.controls.update();
   }
 
+  /** Goes around what is looked at, by angles to the right and up, or nearer by a factor. */
+  move({ right = 0, up = 0, nearer = 1 }: Move): void {
+    const { target } = this.controls;
+    const from = this.camera.position.clone().sub(target);
+    // Positions have z up, spherical coordinates y.
+    const at = new THREE.Spherical().setFromVector3(new THREE.Vector3(from.y, from.z, from.x));
+    at.theta += right;
+    at.phi = THREE.MathUtils.clamp(at.phi - up, LEAST_POLAR, Math.PI - LEAST_POLAR);
+    if (this.orthographic) this.flat.zoom *= nearer;
+    else at.radius /= nearer;
+    const { x, y, z } = new THREE.Vector3().setFromSpherical(at);
+    this.camera.position.set(z, x, y).add(target);
+    this.controls.update();
+    this.onChange();
+  }
+
   /** Shows all of a sphere, from where the camera is or along a direction. */
   fit(sphere: THREE.Sphere, along?: Vec3): void {
     const direction = along ? new THREE.Vector3(...along) : this.camera.position.clone().sub(this.controls.target);
@@ -116,6 +144,12 @@ export class Eye {
     this.flat.bottom = -margin;
     this.frameCameras();
     this.controls.update();
+  }
+
+  /** Where the eye is; with true: the direction towards it, which is the same everywhere. */
+  from(): [THREE.Vector3, boolean] {
+    if (!this.orthographic) return [this.camera.position, false];
+    return [this.camera.getWorldDirection(new THREE.Vector3()).negate(), true];
   }
 
   /** CSS pixels; z is the depth, above 1 behind the camera. */

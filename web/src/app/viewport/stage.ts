@@ -86,14 +86,15 @@ export class Stage {
   private draw(refined: boolean): void {
     if (this.renderer.getContext().isContextLost()) return;
     // While it moves, the far side is left out where pixels are dear; through gaps between discs it is seen otherwise.
-    this.discs.uniforms.near_only.value = this.software && !refined && this.closed && !this.cutting;
-    this.render();
+    this.render(this.software && !refined && this.closed && !this.cutting);
     this.onDraw();
   }
 
-  private render(): void {
+  private render(nearOnly: boolean): void {
     this.eye.aim(this.sphere);
     const { camera } = this.eye;
+    if (nearOnly) this.discs.drawNear(...this.eye.from());
+    else this.discs.drawAll();
     const u = this.discs.uniforms;
     u.up.value.set(0, 0, 1).transformDirection(camera.matrixWorldInverse);
     u.flat_view.value = this.eye.orthographic ? 1 : 0;
@@ -104,6 +105,12 @@ export class Stage {
   /** Shows all of the surface, from where the camera is or along a direction. */
   fit(along?: Vec3): void {
     this.eye.fit(this.sphere, along);
+    this.request();
+  }
+
+  /** Shows what lies around a point, from where the camera is. */
+  fitAround(centre: Vec3, radius: number): void {
+    this.eye.fit(new THREE.Sphere(new THREE.Vector3(...centre), radius));
     this.request();
   }
 
@@ -174,8 +181,7 @@ export class Stage {
     u.dots.value = view.mode === 'points' || planar;
     u.size.value = view.discSize;
     u.plain.value.set(...plain(dark));
-    const cut = this.cut(section);
-    u.cut.value.set(...cut);
+    this.discs.cut(section.on ? this.cut(section) : null);
     this.cutting = section.on;
     if (view.orthographic !== this.eye.orthographic) this.eye.project(view.orthographic);
     this.request();
@@ -198,8 +204,7 @@ export class Stage {
     this.renderer.setPixelRatio(scale);
     this.renderer.setSize(this.size.width, this.size.height, false);
     if (background) this.renderer.setClearColor(new THREE.Color(background), 1);
-    this.discs.uniforms.near_only.value = false;
-    this.render();
+    this.render(false);
     const blob = await new Promise<Blob | null>(done => this.canvas.toBlob(done, 'image/png'));
     this.renderer.setClearColor(0, 0);
     this.resizeBuffer();
