@@ -261,10 +261,10 @@ class Mesh:
     def to_open3d(self) -> Any:
         """As an ``open3d.geometry.TriangleMesh`` with vertex normals; needs open3d."""
         open3d = _library("open3d")
-        surface = open3d.geometry.TriangleMesh(
-            open3d.utility.Vector3dVector(self.points), open3d.utility.Vector3iVector(self.faces)
-        )
-        surface.vertex_normals = open3d.utility.Vector3dVector(self.normals)
+        # It takes arrays that may be written to only, and short integers.
+        points, normals = (open3d.utility.Vector3dVector(column.copy()) for column in (self.points, self.normals))
+        surface = open3d.geometry.TriangleMesh(points, open3d.utility.Vector3iVector(self.faces.astype(np.int32)))
+        surface.vertex_normals = normals
         return surface
 
     def __repr__(self) -> str:

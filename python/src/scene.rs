@@ -260,7 +260,8 @@ fn read_settings(text: &str) -> PyResult<Settings> {
 /// Calls a progress function; whether to go on.
 fn report(py: Python<'_>, f: &Py<PyAny>, scene: &core::Scene, p: &Progress) -> PyResult<bool> {
     let model = Model::compiled(scene.model().map_err(errors::scene)?, scene.field().clone());
-    let arguments = (p.steps, p.most, p.remaining, scene.clock(), columns(py, scene)?, marks(py, scene)?, model);
+    let arguments =
+        (p.steps, p.most, p.remaining, scene.clock(), columns(py, scene)?, marks(py, scene)?, model);
     f.call1(py, arguments)?.extract(py)
 }
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 import isoswarm as iso
@@ -101,12 +102,15 @@ def test_a_scene_has_a_mesh_that_follows():
 
 
 def test_libraries_take_it():
-    trimesh = pytest.importorskip("trimesh")
     made = iso.mesh(iso.sphere(r=1), n=500)
     taken = made.to_trimesh()
     assert isinstance(taken, trimesh.Trimesh)
     assert taken.is_watertight
     assert taken.volume > 4
+    surface = made.to_pyvista()
+    assert surface.is_manifold
+    np.testing.assert_array_equal(surface.faces.reshape(-1, 4)[:, 1:], made.faces)
+    np.testing.assert_array_equal(surface.point_data["normals"], made.normals)
 
 
 def test_the_command_writes_a_mesh(tmp_path):

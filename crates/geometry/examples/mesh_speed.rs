@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let field = Field::new(&text::parse(formula, &[])?)?;
         let bounds = Aabb::new([-half; 3], [half; 3]);
-        let resolution = if what == "error" { Resolution::Error(error) } else { Resolution::Count(what.parse()?) };
+        let resolution =
+            if what == "error" { Resolution::Error(error) } else { Resolution::Count(what.parse()?) };
         let mut best = [f64::INFINITY; 2];
         let (mut made, mut busy) = (None, 0.0);
         for _ in 0..rounds.max(1) {

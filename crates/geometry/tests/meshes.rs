@@ -33,7 +33,7 @@ fn has(m: &Value, tag: &str) -> bool {
     m["tags"].as_array().unwrap().iter().any(|t| t == tag)
 }
 
-fn with(n: usize) -> MeshOptions<'static> {
+fn with<'a>(n: usize) -> MeshOptions<'a> {
     MeshOptions { resolution: Resolution::Count(n), ..MeshOptions::default() }
 }
 
@@ -425,7 +425,9 @@ fn a_live_mesh_follows_blobs_that_merge_and_part() {
         let way = 1.0 - f64::from(frames - i32::abs(frame - frames)) / f64::from(frames);
         let surface = two_blobs(0.5 + 0.5 * way);
         for k in 0..4 {
-            floaters.step(&surface, &bounds, &[], &parameters, (5 * frame + k) as u64, &mut evaluations).unwrap();
+            floaters
+                .step(&surface, &bounds, &[], &parameters, (5 * frame + k) as u64, &mut evaluations)
+                .unwrap();
         }
         let before = live.mesh().ids.clone();
         let done = live.update(&floaters.points, &floaters.normals, &floaters.id, s.report.spacing);

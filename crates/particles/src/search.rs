@@ -65,10 +65,7 @@ impl<'s> Search<'s> {
     ///
     /// # Errors
     /// [`Error::Density`] with the message of the function.
-    pub fn integral(
-        &self,
-        f: impl Fn(&[[f64; 3]], &mut [f64]) -> Result<(), String>,
-    ) -> Result<f64, Error> {
+    pub fn integral(&self, f: impl Fn(&[[f64; 3]], &mut [f64]) -> Result<(), String>) -> Result<f64, Error> {
         let Ok(seeds) = &self.found else { return Ok(0.0) };
         let points = &seeds.points[..seeds.uniform];
         let mut values = vec![0.0; points.len()];

@@ -73,7 +73,11 @@ pub fn surface_velocity(
 ) -> Result<Vec<[f64; 3]>, FieldError> {
     if field.axes() != 3 || field.components() != 1 {
         let given = format!("{} equations of {} coordinates", field.components(), field.axes());
-        return Err(FieldError::Shape { what: "field", expected: "one equation of x, y and z".into(), given });
+        return Err(FieldError::Shape {
+            what: "field",
+            expected: "one equation of x, y and z".into(),
+            given,
+        });
     }
     let n = points.len();
     let rate = |points: &[[f64; 3]]| {
@@ -86,7 +90,8 @@ pub fn surface_velocity(
     Surface::hessian(field, points, &mut hessian)?;
     let largest = points.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let step = STEP * if largest > 0.0 { largest } else { 1.0 };
-    let mut change: Vec<Change> = value.into_iter().map(|value| Change { value, ..Change::default() }).collect();
+    let mut change: Vec<Change> =
+        value.into_iter().map(|value| Change { value, ..Change::default() }).collect();
     for a in 0..3 {
         let moved = |by: f64| -> Vec<V3> {
             points.iter().map(|p| [0, 1, 2].map(|k| if k == a { p[k] + by } else { p[k] })).collect()
@@ -168,7 +173,8 @@ mod tests {
     /// A ball of radius r around (a, b, 0), far from the origin.
     fn ball() -> Field {
         let formula = "(x - a)^2 + (y - b)^2 + z^2 - r^2";
-        Field::new(&isoswarm_field::text::parse(formula, &[("a", 1.5), ("b", 0.0), ("r", 0.7)]).unwrap()).unwrap()
+        Field::new(&isoswarm_field::text::parse(formula, &[("a", 1.5), ("b", 0.0), ("r", 0.7)]).unwrap())
+            .unwrap()
     }
 
     /// The ball's velocities for rates of a, b and r against `wanted`.

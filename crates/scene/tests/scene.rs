@@ -497,12 +497,15 @@ fn floaters_that_follow_go_along_with_a_ball() {
         s.drag(&[(hand, [1.5, 0.0, 0.0])]).unwrap();
         assert!((value(&s, "a") - 0.5).abs() < 1e-9);
         let f = &s.frame().floaters;
-        let ways: Vec<f64> = f
-            .id
-            .iter()
-            .zip(&f.points)
-            .filter_map(|(id, p)| before.get(id).map(|q| ((p[0] - q[0] - 0.5).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2)).sqrt()))
-            .collect();
+        let ways: Vec<f64> =
+            f.id.iter()
+                .zip(&f.points)
+                .filter_map(|(id, p)| {
+                    before.get(id).map(|q| {
+                        ((p[0] - q[0] - 0.5).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2)).sqrt()
+                    })
+                })
+                .collect();
         assert!(ways.len() > 250, "{}", ways.len());
         ways.iter().sum::<f64>() / ways.len() as f64
     };

@@ -108,7 +108,13 @@ impl Mesh {
             let way = sub(q, a);
             let d = dot(n, way);
             let sure = d.abs() > ROUNDING * size * sum_of_parts(way);
-            side += if !sure { 0 } else if d > 0.0 { 1 } else { -1 };
+            side += if !sure {
+                0
+            } else if d > 0.0 {
+                1
+            } else {
+                -1
+            };
         }
         side == 3 || side == -3
     }
@@ -303,7 +309,8 @@ mod tests {
                     p
                 })
                 .collect();
-            let faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+            let faces =
+                [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
             (points, faces.map(|f: [u32; 3]| f.map(|v| v + first)))
         };
         let ((mut points, a), (more, b)) = (octahedron(0.0, 0), octahedron(0.9, 6));

@@ -84,7 +84,8 @@ fn take_in(vertices: &Vertices, triangles: &mut Triangles, left_out: Vec<u32>) -
         grid.near(points[v as usize], 2.0 * widest, |w| near[w as usize] = true);
     }
     let close = |f: &[u32; 3]| f.iter().any(|&v| near[v as usize]);
-    let mut candidates: Vec<usize> = (0..triangles.faces.len()).filter(|&f| close(&triangles.faces[f])).collect();
+    let mut candidates: Vec<usize> =
+        (0..triangles.faces.len()).filter(|&f| close(&triangles.faces[f])).collect();
     let mut left = Vec::new();
     for v in left_out {
         let off = |f: usize| {

@@ -56,7 +56,8 @@ mod tests {
 
     #[test]
     fn sides_are_in_order() {
-        let faces: Vec<[u32; 3]> = (0..9000u32).map(|f| [(7 * f) % 5003, (11 * f + 1) % 5003, (13 * f + 5) % 5003]).collect();
+        let faces: Vec<[u32; 3]> =
+            (0..9000u32).map(|f| [(7 * f) % 5003, (11 * f + 1) % 5003, (13 * f + 5) % 5003]).collect();
         let found = sides(5003, &faces, |f| f % 5 != 0);
         assert_eq!(found.len(), 3 * (9000 - 1800));
         assert!(found.is_sorted());

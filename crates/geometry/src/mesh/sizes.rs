@@ -121,7 +121,12 @@ impl ErrorSizes {
     }
 
     /// At the points; the least where the curvature is not known.
-    pub(super) fn density(&self, surface: &dyn Surface, points: &[V3], out: &mut [f64]) -> Result<(), String> {
+    pub(super) fn density(
+        &self,
+        surface: &dyn Surface,
+        points: &[V3],
+        out: &mut [f64],
+    ) -> Result<(), String> {
         self.known(surface, points, out)?;
         out.iter_mut().filter(|d| d.is_nan()).for_each(|d| *d = self.base);
         Ok(())

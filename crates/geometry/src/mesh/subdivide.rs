@@ -87,16 +87,8 @@ mod tests {
     #[test]
     fn children_know_their_neighbours() {
         // An octahedron and, with a face less, its boundary.
-        let faces: Vec<[u32; 3]> = vec![
-            [0, 2, 4],
-            [2, 1, 4],
-            [1, 3, 4],
-            [3, 0, 4],
-            [2, 0, 5],
-            [1, 2, 5],
-            [3, 1, 5],
-            [0, 3, 5],
-        ];
+        let faces: Vec<[u32; 3]> =
+            vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
         for n in [8, 7] {
             let parents = Triangles::new(faces[..n].to_vec());
             let mut vertices = Vertices::default();

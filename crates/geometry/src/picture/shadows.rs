@@ -1,8 +1,7 @@
 //! Shadows of the key light on solids, by rays: no depth map that thin parts slip through, and none whose cells show.
 //!
 //! The light is a small disc of the sky, sampled in directions. A few go out from every place that faces the light; where they do not
-//! agree, in the penumbra, all do. Of a pixel that is split into samples each sample asks two directions: the pixel's mean is
-//! that of all.
+//! agree, in the penumbra, all do. Of a pixel that is split into samples two that differ ask for all.
 
 use std::sync::atomic::AtomicBool;
 
@@ -32,7 +31,12 @@ pub(super) struct Shadows<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// A grid of pixels, or of samples, with the fragment of each.
+/// Samples of a pixel whose normals differ by less than this cosine, and whose depths by less than this part of the scene's radius, share
+/// their light.
+const ALIKE: f32 = 0.8;
+const NEAR: f32 = 0.02;
+
+/// Pixels with a fragment each from which rays go out.
 struct Grid {
     width: usize,
     height: usize,
@@ -41,35 +45,43 @@ struct Grid {
 
 const NOTHING: u32 = u32::MAX;
 
-impl Grid {
-    fn new(width: usize, height: usize) -> Self {
-        Self { width, height, fragment: vec![NOTHING; width * height] }
+/// Which fragments send rays, in two layers of the picture: the one of a pixel, and of a pixel that is split two that differ.
+struct Plan {
+    layers: [Grid; 2],
+    /// Fragments of samples, and those whose light they share.
+    shared: Vec<[u32; 2]>,
+}
+
+impl Plan {
+    fn new(buffer: &Buffer, height: usize) -> Self {
+        let width = buffer.width;
+        let layer = || Grid { width, height, fragment: vec![NOTHING; width * height] };
+        let mut plan = Self { layers: [layer(), layer()], shared: Vec::new() };
+        for k in 0..width * height {
+            let span = buffer.pixels[k];
+            if !span.split {
+                if span.count > 0 {
+                    plan.layers[0].fragment[k] = span.first;
+                }
+                continue;
+            }
+            let runs = &buffer.splits[span.first as usize..span.first as usize + usize::from(span.count)];
+            plan.split(buffer, k, &runs.iter().filter(|r| r.count > 0).map(|r| r.first).collect::<Vec<_>>());
+        }
+        plan
     }
 
-    /// The fragments of pixels that are not split, and those of samples.
-    fn of(buffer: &Buffer, height: usize) -> [Self; 2] {
-        let (width, samples) = (buffer.width, buffer.samples);
-        let mut pixels = Self::new(width, height);
-        let mut split = Self::new(width * samples, height * samples);
-        for y in 0..height {
-            for x in 0..width {
-                let span = buffer.pixel(x, y);
-                if !span.split {
-                    if span.count > 0 {
-                        pixels.fragment[y * width + x] = span.first;
-                    }
-                    continue;
-                }
-                for k in 0..samples * samples {
-                    let run = buffer.splits[span.first as usize + k];
-                    if run.count > 0 {
-                        let (sx, sy) = (x * samples + k % samples, y * samples + k / samples);
-                        split.fragment[sy * width * samples + sx] = run.first;
-                    }
-                }
-            }
-        }
-        [pixels, split]
+    /// The nearest fragments of a pixel's samples.
+    fn split(&mut self, buffer: &Buffer, pixel: usize, samples: &[u32]) {
+        let Some(&first) = samples.get(samples.len() / 2) else { return };
+        let of = |f: u32| &buffer.fragments[f as usize];
+        let alike = |f: u32| {
+            vector::dot(of(f).normal, of(first).normal) > ALIKE
+                && (of(f).depth - of(first).depth).abs() < NEAR
+        };
+        let second = samples.iter().copied().find(|f| !alike(*f)).unwrap_or(NOTHING);
+        (self.layers[0].fragment[pixel], self.layers[1].fragment[pixel]) = (first, second);
+        self.shared.extend(samples.iter().map(|&f| [f, if alike(f) { first } else { second }]));
     }
 }
 
@@ -85,43 +97,35 @@ impl Shadows<'_> {
     pub fn cast(&self, buffer: &mut Buffer, height: usize, stage: &Stage) -> Result<(), GeometryError> {
         let directions = key_directions();
         let mut tally = vec![Tally::default(); buffer.fragments.len()];
-        let [pixels, samples] = Grid::of(buffer, height);
-        for k in FIRST {
-            self.ask(buffer, &pixels, directions[k], &mut tally, |_, _| true)?;
-            stage.tick();
-        }
-        let penumbra: Vec<bool> = tally.iter().map(|t| t.open != 0 && t.open != t.asked).collect();
-        for k in (0..directions.len()).filter(|k| !FIRST.contains(k)) {
-            self.ask(buffer, &pixels, directions[k], &mut tally, |_, f| penumbra[f])?;
-            stage.tick();
-        }
-        let (side, all) = (buffer.samples, directions.len());
-        for (k, direction) in directions.iter().enumerate() {
-            // The samples of a pixel share the directions out, two each.
-            let turn = |place: usize| {
-                let (x, y) = (place % samples.width, place / samples.width);
-                let first = 2 * (y % side * side + x % side);
-                let asked =
-                    |m: usize| if 2 * side * side < all { m * all / (2 * side * side) } else { m % all };
-                asked(first) == k || asked(first + 1) == k
-            };
-            self.ask(buffer, &samples, *direction, &mut tally, |place, _| turn(place))?;
-            stage.tick();
+        let plan = Plan::new(buffer, height);
+        for grid in &plan.layers {
+            for k in FIRST {
+                self.ask(buffer, grid, directions[k], &mut tally, |_| true)?;
+                stage.tick();
+            }
+            let penumbra: Vec<bool> = tally.iter().map(|t| t.open != 0 && t.open != t.asked).collect();
+            for k in (0..directions.len()).filter(|k| !FIRST.contains(k)) {
+                self.ask(buffer, grid, directions[k], &mut tally, |f| penumbra[f])?;
+                stage.tick();
+            }
         }
         for (f, t) in buffer.fragments.iter_mut().zip(tally) {
             f.key = if t.asked > 0 { f32::from(t.open) / f32::from(t.asked) } else { 0.0 };
         }
+        for [f, other] in plan.shared {
+            buffer.fragments[f as usize].key = buffer.fragments[other as usize].key;
+        }
         Ok(())
     }
 
-    /// Sends a ray from each fragment of a grid that is wanted, by its place and its number.
+    /// Sends a ray from each fragment of a grid that is wanted.
     fn ask(
         &self,
         buffer: &Buffer,
         grid: &Grid,
         toward: vector::V3,
         tally: &mut [Tally],
-        wanted: impl Fn(usize, usize) -> bool + Sync,
+        wanted: impl Fn(usize) -> bool + Sync,
     ) -> Result<(), GeometryError> {
         let columns = grid.width.div_ceil(SIDE);
         let direction = self.scene.place.direction(toward.map(f64::from));
@@ -135,11 +139,13 @@ impl Shadows<'_> {
                     if x >= grid.width || y >= grid.height {
                         continue;
                     }
-                    let place = y * grid.width + x;
-                    let f = grid.fragment[place];
-                    if f != NOTHING && wanted(place, f as usize) {
+                    let f = grid.fragment[y * grid.width + x];
+                    if f != NOTHING && wanted(f as usize) {
                         asked.push((i as u16, f));
                     }
+                }
+                if asked.is_empty() {
+                    return Ok(Vec::new());
                 }
                 self.tile(buffer, toward, direction, &asked)
             })
