@@ -163,7 +163,9 @@ fn a_step_of_the_density_leaves_no_sample_out() {
         Ok(())
     };
     for (n, seed) in [(1500, 0), (1500, 1), (1500, 2), (1500, 3), (4000, 2)] {
-        let options = MeshOptions { density: Density::Function(&step), seed, ..with(n) };
+        let resolution = Resolution::Count(n);
+        let options =
+            MeshOptions { resolution, density: Density::Function(&step), seed, ..MeshOptions::default() };
         let Meshed { mesh: made, report } = mesh(&f, &cube(1.0), options).unwrap();
         assert!(report.is_sound() && report.topology.boundaries == 2, "{n} {seed}: {:?}", report.warnings);
         assert_eq!(report.topology.total_euler(), 0, "{n} {seed}");

@@ -225,28 +225,3 @@ fn wrong_things_are_said() {
     assert!(draw(&subject, None, &options(), &stop).unwrap_err().to_string().contains("faces"));
     assert!(draw(&ball(&f), None, &options(), &AtomicBool::new(true)).is_err());
 }
-
-#[test]
-fn thin_parts_throw_whole_shadows() {
-    // A plate seen from above, and over it a rod of a 300th of the picture: less than the distance of the discs that stand for
-    // solids in soft light. Its shadow is a band that nothing interrupts.
-    let plate = "max(abs(x) - 0.9, abs(y) - 0.9, abs(z + 0.5) - 0.05)";
-    let with = field(&format!("min({plate}, max(sqrt((x + 0.3)^2 + (z - 0.2)^2) - 0.006, abs(y) - 0.8))"));
-    let without = field(plate);
-    let options = PictureOptions {
-        projection: Projection::Parallel,
-        elevation: 1.4,
-        azimuth: -std::f64::consts::FRAC_PI_2,
-        shadow: 1.0,
-        ambient_occlusion: 0.0,
-        ..options()
-    };
-    let (a, b) = (drawn(&ball(&with), &options), drawn(&ball(&without), &options));
-    let darker = |k: usize| {
-        let at = |d: &Drawn| d.picture.rgba[4 * k..4 * k + 3].iter().map(|v| i32::from(*v)).sum::<i32>();
-        at(&a) < at(&b) - 9
-    };
-    // To the right of the rod: the light comes from the left.
-    let rows = (40..80).filter(|y| (55..90).any(|x| darker(y * 120 + x))).count();
-    assert_eq!(rows, 40);
-}

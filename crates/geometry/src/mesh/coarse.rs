@@ -24,9 +24,9 @@ const FEWEST_FOR_ERROR: f64 = 300.0;
 /// Most subdivisions.
 const LEVELS: u32 = 3;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
-const TURN: f64 = 1.0;
+const TURN: f64 = 1.25;
 /// Cosine between a coarse triangle and the normals at its corners, at least.
-const LEVEL: f64 = 0.75;
+const LEVEL: f64 = 0.6;
 /// The same for the triangles of the result.
 const FLAT: f64 = 0.85;
 /// Rounds of smoothing after each subdivision.

@@ -57,7 +57,7 @@ pub(super) fn refine(
         }
         let measured = triangles.faces.clone();
         let changed = wanted.len();
-        let done = split(surface, triangles, vertices, held, report, wanted)?;
+        let again = split(surface, triangles, vertices, held, report, wanted)?;
         report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
         // Where few edges are too far off the others stay.
         let many = FEW * changed > triangles.faces.len();
@@ -66,9 +66,10 @@ pub(super) fn refine(
             report.evaluations += vertices.len() as u64;
             report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
         }
-        let moved = (round < SMOOTHED && many) || !done;
+        let moved = round < SMOOTHED && many;
         let same = |f: usize| !moved && measured.get(f) == Some(&triangles.faces[f]);
         fresh = (0..triangles.faces.len()).map(|f| !same(f)).collect();
+        again.into_iter().for_each(|f| fresh[f] = true);
     }
     let all = vec![true; triangles.faces.len()];
     let left = bad_edges(surface, most, segments, triangles, vertices, &all, report)?;
@@ -160,7 +161,8 @@ fn bad_edges(
     Ok(out)
 }
 
-/// Puts a vertex in the middle of each edge, where its faces have not been split already. Whether all of them got to the surface.
+/// Puts a vertex in the middle of each edge, where its faces have not been split already. Gives the faces where that was not
+/// so, or where it did not get to the surface.
 fn split(
     surface: &dyn Surface,
     triangles: &mut Triangles,
@@ -168,7 +170,8 @@ fn split(
     held: &mut Vec<bool>,
     report: &mut MeshReport,
     edges: Vec<(u32, u8)>,
-) -> Result<bool, FieldError> {
+) -> Result<Vec<usize>, FieldError> {
+    let mut again = Vec::new();
     let mut touched = vec![false; triangles.faces.len()];
     let (mut points, mut normals, mut faces, mut chosen, mut spacing) =
         (vec![], vec![], vec![], vec![], vec![]);
@@ -176,6 +179,7 @@ fn split(
         let (f, k) = (f as usize, k as usize);
         let g = triangles.across[f][k];
         if touched[f] || touched.get(g as usize).is_some_and(|t| *t) {
+            again.push(f);
             continue;
         }
         touched[f] = true;
@@ -200,7 +204,9 @@ fn split(
             held.push(false);
             triangles.split(f, k, u);
             report.inserted += 1;
+        } else {
+            again.push(f);
         }
     }
-    Ok(left.iter().all(|l| l.is_finite()))
+    Ok(again)
 }

@@ -10,7 +10,7 @@ use super::vertices::{Vertices, pull};
 const STEPS: usize = 2;
 /// How far the middle of an edge may be from the surface, in lengths of the edge: an arc that turns by a radian rises by an
 /// eighth of its chord, and some edges are longer than the spacing.
-const FAR: f64 = 0.16;
+const FAR: f64 = 0.2;
 
 /// Puts a vertex on the middle of every edge, on the surface (on the face of the bounds that both ends share), and makes four triangles
 /// of each. Whether all of them got there; otherwise the triangles are not those of a surface that is resolved.

@@ -1,13 +1,16 @@
 //! The vertices of a mesh under construction, and what keeps them on the surface and on the faces of the bounds.
 
-use isoswarm_field::vector::{V3, along, dot, norm, unit};
+use isoswarm_field::vector::{V3, along, distance, dot, norm, unit};
 use isoswarm_field::{Aabb, FieldError, Surface};
-use isoswarm_particles::Samples;
+use isoswarm_particles::{Grid, Samples};
 
 use super::connect::NONE;
 
 /// Distance from a face, in spacings, up to which a sample counts as on it.
 const ON_FACE: f64 = 1e-4;
+
+/// How often the reach in which a neighbour is looked for is doubled.
+const DOUBLINGS: i32 = 6;
 
 /// Vertices as columns.
 #[derive(Clone, Debug, Default)]
@@ -35,10 +38,35 @@ impl Vertices {
         };
         let on_creases = samples.creases.as_ref().map_or(0, |c| c.points.len());
         (0..on_creases).for_each(|i| out.crease[i] = i as u32);
+        out.space_alone();
         for (p, s) in out.points.iter_mut().zip(&out.spacing) {
             out.faces.push(snap(p, bounds, ON_FACE * s));
         }
         out
+    }
+
+    /// Samples that see no neighbour within their own size, as beside a step of the density, are as far from others as their nearest is.
+    fn space_alone(&mut self) {
+        let alone: Vec<usize> = (0..self.len()).filter(|&i| self.spacing[i] <= 0.0).collect();
+        let known = (self.len() - alone.len()) as f64;
+        if alone.is_empty() || known == 0.0 {
+            return;
+        }
+        let mean = self.spacing.iter().sum::<f64>() / known;
+        let grid = Grid::new(&self.points, None, 2.0 * mean);
+        for i in alone {
+            let nearest = (1..=DOUBLINGS).find_map(|k| {
+                let (p, reach) = (self.points[i], mean * 2f64.powi(k));
+                let mut nearest = f64::INFINITY;
+                grid.near(p, reach, |j| {
+                    if j as usize != i {
+                        nearest = nearest.min(distance(p, self.points[j as usize]));
+                    }
+                });
+                (nearest <= reach && nearest > 0.0).then_some(nearest)
+            });
+            self.spacing[i] = nearest.unwrap_or(mean);
+        }
     }
 
     pub(super) fn len(&self) -> usize {

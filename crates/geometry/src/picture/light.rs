@@ -59,11 +59,6 @@ pub(super) struct Receiver {
     pub radius: f32,
 }
 
-/// Directions from which the key light comes.
-pub(super) fn key_directions() -> Vec<V3> {
-    cone(unit(KEY), KEY_RAYS)
-}
-
 /// Light on the scene's discs that are drawn, then on the others; and on the ground.
 pub(super) fn gather(
     scene: &Scene,
@@ -89,7 +84,7 @@ pub(super) fn gather(
     // Fewer directions for very many points: their number times the points is what costs.
     let skies = (12_000_000 / scene.len().max(1)).clamp(32, 112);
     let sky: Vec<V3> = sphere(skies);
-    let key = key_directions();
+    let key = cone(unit(KEY), KEY_RAYS);
     let stage = Stage::new(told, LIGHT.0, LIGHT.1, sky.len().div_ceil(BATCH) + key.len().div_ceil(BATCH));
     for (directions, is_sky) in [(&sky, true), (&key, false)] {
         for batch in directions.chunks(BATCH) {

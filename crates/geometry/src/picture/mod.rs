@@ -14,7 +14,6 @@ mod progress;
 mod raster;
 mod scene;
 mod shade;
-mod shadows;
 mod solid;
 mod triangles;
 mod vector;
@@ -30,7 +29,7 @@ pub use triangles::{MeshLook, MeshStyle};
 
 use crate::render::Caster;
 use crate::{GeometryError, PointCloud};
-use progress::{CAST, RASTER, SHADOWS, Stage};
+use progress::{CAST, RASTER, Stage};
 use solid::Surfels;
 
 /// What a picture shows. Everything hides and shades everything else.
@@ -166,11 +165,6 @@ pub fn draw_told(
             (f.sky, f.key) = (light.sky[0], light.key[0]);
         }
     }
-    if casts_shadows(subject, &casters, options) {
-        let shadows = shadows::Shadows { solids: &subject.solids, casters: &casters, scene: &scene, stop };
-        let stage = Stage::new(told, SHADOWS.0, SHADOWS.1, buffers.len() * 2 * light::key_directions().len());
-        buffers.iter_mut().try_for_each(|b| shadows.cast(b, options.height as usize, &stage))?;
-    }
     let studio = shade::Studio::new(&camera, ground.as_ref(), scene.up, options);
     let strips = Stage::new(told, RASTER.0, RASTER.1, (options.height as usize).div_ceil(raster::TILE));
     let rgba =
@@ -180,14 +174,6 @@ pub fn draw_told(
         empty: scene.len() == 0,
         certified: casters.iter().all(Caster::is_certified),
     })
-}
-
-/// Whether shadows on solids are cast by rays. Not where something else throws shadows that rays do not meet, where light comes
-/// through, or where a ray is a walk through an opaque function: then the depth maps of the sky's light do.
-fn casts_shadows(subject: &Subject, casters: &[Caster], options: &PictureOptions) -> bool {
-    let alone = subject.cloud.points.is_empty() && subject.meshes.is_empty();
-    let opaque = subject.solids.iter().all(|s| s.opacity >= 1.0);
-    alone && opaque && options.shadow > 0.0 && casters.iter().all(Caster::is_certified)
 }
 
 /// The places of all fragments, where light arrives.

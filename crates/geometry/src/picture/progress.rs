@@ -7,9 +7,8 @@ pub(super) type Told<'a> = &'a (dyn Fn(f64) + Sync);
 
 /// The parts of a picture's work by what is done in them.
 pub(super) const CAST: (f64, f64) = (0.0, 0.5);
-pub(super) const LIGHT: (f64, f64) = (0.5, 0.7);
-pub(super) const SHADOWS: (f64, f64) = (0.7, 0.9);
-pub(super) const RASTER: (f64, f64) = (0.9, 1.0);
+pub(super) const LIGHT: (f64, f64) = (0.5, 0.8);
+pub(super) const RASTER: (f64, f64) = (0.8, 1.0);
 
 /// A stretch of the work, in steps.
 pub(super) struct Stage<'a> {
