@@ -40,11 +40,9 @@ fn births_cease_on_a_smooth_surface() {
 #[test]
 fn births_cease_at_sharp_edges() {
     // Edges of all angles down to knife edges, where a ball cuts a thin wall.
-    let found = unrest("shell(gyroid(period=1.1), thickness=0.32) & sphere(1)", 1500, 8);
-    eprintln!("gyroid {found:?}");
+    let found = unrest("shell(gyroid(period=1.1), thickness=0.32) & sphere(1)", 1500, 4);
     // A lens: one edge of 60 degrees all around.
-    let lens = unrest("translate(sphere(1), z=-0.866) & translate(sphere(1), z=0.866)", 400, 6);
-    eprintln!("lens {lens:?}");
-    assert_eq!((lens[5].0, lens[5].1), (0, 0), "{lens:?}");
-    assert_eq!((found[7].0, found[7].1), (0, 0), "{found:?}");
+    let lens = unrest("translate(sphere(1), z=-0.866) & translate(sphere(1), z=0.866)", 400, 4);
+    assert_eq!((lens[3].0, lens[3].1), (0, 0), "{lens:?}");
+    assert_eq!((found[3].0, found[3].1), (0, 0), "{found:?}");
 }

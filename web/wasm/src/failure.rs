@@ -21,9 +21,11 @@ pub fn start() {
 /// For tests of what comes after: a panic, or memory used up.
 #[wasm_bindgen]
 pub fn provoke(what: &str) {
-    let mut hoard = Vec::new();
-    while what == "memory" {
-        hoard.push(vec![1u8; 1 << 20]);
+    if what == "memory" {
+        let mut hoard = Vec::new();
+        loop {
+            hoard.push(vec![1u8; 1 << 20]);
+        }
     }
     panic!("asked to stop ({what})");
 }
