@@ -62,7 +62,7 @@ class Scene:
     def apply(
         self,
         command: str,
-        progress: Callable[[int, int, float, int, Columns, tuple[Floats, Floats]], bool] | None,
+        progress: Callable[[int, int, float, int, Columns, tuple[Floats, Floats], Model], bool] | None,
         every: int | None,
     ) -> dict[str, Any]: ...
     def learn(self, model: Model) -> None: ...

@@ -118,7 +118,9 @@ class Lattice(Adapter):
 
 
 class Adapting:
-    """An adapter that is on, from :meth:`Scene.adapt` or :attr:`Scene.adapter`; it goes with :meth:`accept`, :meth:`keep` or :meth:`cancel`.
+    """An adapter that is on, from :meth:`Scene.adapt` or :attr:`Scene.adapter`.
+
+    It goes with :meth:`accept`, :meth:`keep` or :meth:`cancel`.
 
     Examples
     --------

@@ -65,8 +65,9 @@ class Report:
         Connected components found.
     certified : bool
         Whether interval arithmetic accounts for the whole of the bounds: every box of the first search that may hold a
-        piece of the surface holds a sample, is next to one that does, or has been shown to be empty. Only components smaller
-        than such a box and as close to another can have been missed; `iso.certify` proves the number where it can.
+        piece of the surface holds a sample, is next to one that does, or has been shown to be empty. Only components
+        smaller than such a box and as close to another can have been missed; `iso.certify` proves the number where it
+        can.
     resolution : float
         Largest side of the boxes of the first search, in model units.
     max_error : float

@@ -371,7 +371,7 @@ class Scene(EditableScene):
 
     @property
     def adapter(self) -> Adapting | None:
-        """The adapter that is on, as :meth:`adapt` gave it; also of a scene that was saved with it. None where none is on."""
+        """The adapter that is on, as :meth:`adapt` gave it, or None; also of a scene that was saved with it."""
         found = self._inner.adapter()
         return None if found is None else Adapting(self, *found)
 

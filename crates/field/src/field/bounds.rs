@@ -42,18 +42,13 @@ pub(super) fn find(field: &Field) -> Option<Aabb> {
 /// A box outside which a function that is nowhere above F is positive.
 fn below_zero(field: &Field) -> Option<Aabb> {
     let least = Field::new(&minorant(&field.current_model().ok()?)?).ok()?;
-    let whole = least.whole();
-    let found = match by_half_spaces(&whole) {
-        Some(half) => cube(&whole, half),
-        None => contracted(&whole),
-    };
-    let finite = (0..whole.axes).all(|a| found.lo[a].is_finite() && found.hi[a].is_finite());
+    let found = find(&least)?;
     // Without zeros outside it has one sign there.
     let far: Vec<f64> =
-        (0..whole.axes).map(|a| 2.0 * found.hi[a].abs().max(found.lo[a].abs()) + 1.0).collect();
+        (0..least.axes()).map(|a| 2.0 * found.hi[a].abs().max(found.lo[a].abs()) + 1.0).collect();
     let mut value = [0.0];
     least.value(&far, &mut value).ok()?;
-    (finite && value[0] > 0.0).then_some(found)
+    (value[0] > 0.0).then_some(found)
 }
 
 /// What both boxes contain.
