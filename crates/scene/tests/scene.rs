@@ -506,9 +506,10 @@ fn floaters_that_follow_go_along_with_a_ball() {
                     })
                 })
                 .collect();
-        assert!(ways.len() > 250, "{}", ways.len());
+        // Where they are crowded some die on shortest ways; none does that goes along.
+        assert!(ways.len() >= if follow { 300 } else { 150 }, "{follow}: {}", ways.len());
         ways.iter().sum::<f64>() / ways.len() as f64
     };
     let (along, shortest) = (moved(true), moved(false));
-    assert!(along < 0.05 && shortest > 3.0 * along, "{along} with, {shortest} without");
+    assert!(along < 0.01 && shortest > 10.0 * along, "{along} with, {shortest} without");
 }
