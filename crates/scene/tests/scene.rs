@@ -513,3 +513,14 @@ fn floaters_that_follow_go_along_with_a_ball() {
     let (along, shortest) = (moved(true), moved(false));
     assert!(along < 0.01 && shortest > 10.0 * along, "{along} with, {shortest} without");
 }
+
+#[test]
+fn a_scene_at_rest_keeps_every_bit() {
+    let mut s = Scene::new(&text::parse("torus(1, 0.4)", &[]).unwrap(), Settings::default()).unwrap();
+    let hands: Vec<_> = [[1.4, 0.0, 0.0], [0.0, 1.0, 0.4]].iter().map(|&at| s.pin(at).unwrap()).collect();
+    s.drag(&[(hands[0], [1.43, 0.02, 0.0])]).unwrap();
+    let before: Vec<u64> = s.field().q().iter().map(|v| v.to_bits()).collect();
+    s.step(40).unwrap();
+    let after: Vec<u64> = s.field().q().iter().map(|v| v.to_bits()).collect();
+    assert_eq!(before, after);
+}

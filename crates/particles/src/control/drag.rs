@@ -12,6 +12,8 @@ use crate::vector::{V3, along, dot, norm, scale, sub};
 const RANK_TOLERANCE: f64 = 1e-6;
 /// Feedback corrections after a step, with the same derivatives.
 const CORRECTIONS: usize = 6;
+/// Pins that are not dragged rest where they are off the surface by no more than this part of the tolerance: that is rounding.
+const AT_REST: f64 = 1e-3;
 /// What is tried, one after the other, until the surface does what its derivatives promise: the part of the step, and how much pins
 /// may be missed for the sake of a smaller change (a part of the longest row; what is missed is made up for by later steps). Pins that
 /// all but depend on each other ask for enormous changes: for them a shorter step is as bad, a damped one is not.
@@ -112,6 +114,12 @@ fn attempt(
     let places: Vec<V3> = pins.iter().map(|p| p.at).collect();
     let rows = differentiate(surface, &places)?;
     let least = negligible(&rows.gradient);
+    let off: Vec<f64> = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
+    let rests = |i: usize| pins[i].target.is_none() && off[i] <= AT_REST * options.tolerance;
+    if desired.iter().all(|d| *d == 0.0) && (0..n).all(rests) {
+        // Nothing wants to move: not a bit of q changes.
+        return Ok(unmoved(&rows, pins, metric, off, least));
+    }
     let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
     let limits = surface.limits();
     let room: Vec<(f64, f64)> = limits.iter().zip(q).map(|(&l, &q)| room(l, q)).collect();
@@ -146,7 +154,6 @@ fn attempt(
         };
         let mut within = solve(&change(&goal));
         // A surface that would have to come to a pin from afar comes nearer by no more than a step.
-        let off: Vec<f64> = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
         let afar = (0..n)
             .filter(|&i| pins[i].target.is_none() && off[i].is_finite())
             .map(|i| off[i] - within.change.residual[i].abs())
@@ -182,17 +189,20 @@ fn attempt(
         }
     }
     surface.set_q(q)?;
-    let residual = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
-    let system = System::new(&rows, pins, metric, &vec![false; m], least, (RANK_TOLERANCE, 0.0));
-    Ok(ControlStep {
-        q_change: none,
+    Ok(ControlStep { retries: TRIALS.len(), stuck: true, ..unmoved(&rows, pins, metric, off, least) })
+}
+
+/// No change at all.
+fn unmoved(rows: &Rows, pins: &[Pin], metric: &[f64], residual: Vec<f64>, least: f64) -> ControlStep {
+    let m = metric.len();
+    let system = System::new(rows, pins, metric, &vec![false; m], least, (RANK_TOLERANCE, 0.0));
+    ControlStep {
+        q_change: vec![0.0; m],
         rank: system.rank(),
         residual,
-        slip: vec![[0.0; 3]; n],
-        retries: TRIALS.len(),
-        stuck: true,
+        slip: vec![[0.0; 3]; pins.len()],
         ..ControlStep::default()
-    })
+    }
 }
 
 /// The way that a pin would like to go.
