@@ -112,7 +112,9 @@ pub(crate) fn spread(
     let levels = if start.is_some() { 0 } else { levels_for(n, seeds) };
     let levels = edges.map_or(levels, |e| levels.min(e.levels(n, halvings(walls.axes))));
     let coarsest = n >> (halvings(walls.axes) * levels);
-    let rough = coarsest > ROUGHLY && edges.is_none() && walls.axes == 3 && sizing.is_uniform();
+    // Where seeds may take pieces for one, floaters that are chosen among them may leave out a piece; a front starts from all.
+    let rough = coarsest > ROUGHLY || seeds.too_coarse_for(n);
+    let rough = rough && start.is_none() && edges.is_none() && walls.axes == 3 && sizing.is_uniform();
     let (levels, coarsest) = if rough { (0, n) } else { (levels, coarsest) };
     // The last projection makes good for what the sketch is off.
     let sketch = surface.sketch(SKETCHED * linear(seeds.area / n as f64, walls.axes));
@@ -308,6 +310,9 @@ impl Work<'_, '_, '_> {
     fn front(&mut self) -> Result<bool, Error> {
         let swarm = front::advance(self.run, self.surface, self.seeds, self.n)?;
         self.take(swarm)?;
+        if self.run.stop.is_some() {
+            return Ok(false);
+        }
         if self.relaxation.swarm.len() != self.n {
             self.balance(Goal::Count(self.n))?;
         }

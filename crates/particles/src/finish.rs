@@ -21,7 +21,7 @@ use crate::vector::{self, add, distance};
 /// squares it.
 const NEARLY: f64 = 1e-6;
 /// The same for the surface on which ways between components are looked for.
-const ROUGHLY: f64 = 1e-3;
+const WALKED: f64 = 1e-3;
 /// The same where curvatures are measured.
 const MEASURED: f64 = 1e-9;
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
@@ -113,8 +113,9 @@ pub(crate) fn finish(
     }
     let evenness = of_census(&swarm, &first, walls.axes);
     let spacing = mean_nearest(&first);
-    let (component, components) = if seeds.too_coarse_for(swarm.len()) {
-        let sketch = surface.sketch(ROUGHLY * unit);
+    // A run that was stopped looks for nothing any more.
+    let (component, components) = if run.stop.is_none() && seeds.too_coarse_for(swarm.len()) {
+        let sketch = surface.sketch(WALKED * unit);
         divide(sketch.as_deref().unwrap_or(surface), run, &walls, &swarm, &first.lists, unit)?
     } else {
         in_order(&swarm.label)

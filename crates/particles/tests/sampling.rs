@@ -441,15 +441,11 @@ fn uneven_samples_do_not_pass_for_converged() {
     assert!(s.report.warnings.iter().any(|w| w.contains("bends within less than their spacing")));
 }
 
-#[test]
-fn components_that_the_seeds_cannot_tell_apart_are_counted_in_the_end() {
-    // Cavities of radius .05, each in a ball of radius .075, on a cubic lattice: seeds are about .05 apart.
-    let mut balls = Vec::new();
-    for k in 0..125 {
-        let at = [k % 5, k / 5 % 5, k / 25].map(|c| 0.17 * f64::from(c) - 0.34);
-        balls.push(at);
-    }
-    let f = Analytic::new(move |p| {
+/// Cavities of radius .05, each in a ball of radius .075, on a cubic lattice: seeds are about .05 apart.
+fn crowded_shells() -> Analytic {
+    let at = |k: usize| 0.17 * (k as f64 - 2.0);
+    let balls: Vec<[f64; 3]> = (0..125).map(|k| [k % 5, k / 5 % 5, k / 25].map(at)).collect();
+    Analytic::new(move |p| {
         let nearest =
             balls.iter().copied().min_by(|a, b| distance(*a, p).total_cmp(&distance(*b, p))).unwrap();
         let r = distance(nearest, p).max(1e-12);
@@ -457,8 +453,29 @@ fn components_that_the_seeds_cannot_tell_apart_are_counted_in_the_end() {
         // A shell: outside of .05 and inside of .075.
         if r > 0.0625 { (r - 0.075, out) } else { (0.05 - r, out.map(|v| -v)) }
     })
-    .lipschitz(1.0);
-    let s = sample(&f, &cube_bounds(0.5), count(60_000)).unwrap();
+    .lipschitz(1.0)
+}
+
+#[test]
+fn a_run_that_is_stopped_while_it_fills_a_rough_surface_ends_at_once() {
+    let mut at = None;
+    let mut watch = |p: &isoswarm_particles::Progress| {
+        if p.phase != isoswarm_particles::Phase::Relaxing || p.steps > 0 {
+            return ControlFlow::Continue(());
+        }
+        at.get_or_insert(p.floaters);
+        ControlFlow::Break(Stop::Cancelled)
+    };
+    let options = Options { progress: Some(&mut watch), ..count(300_000) };
+    let s = sample(&crowded_shells(), &cube_bounds(0.5), options).unwrap();
+    assert_eq!(s.report.status, Status::NotConverged("cancelled".into()));
+    assert!(at.is_some_and(|n| n < 300_000 && s.points.len() <= n), "{at:?}, {}", s.points.len());
+    assert_eq!((s.report.steps, s.report.births), (0, 0));
+}
+
+#[test]
+fn components_that_the_seeds_cannot_tell_apart_are_counted_in_the_end() {
+    let s = sample(&crowded_shells(), &cube_bounds(0.5), count(60_000)).unwrap();
     assert_eq!(s.report.components, 250);
     let mut of_component = vec![None; 250];
     for (p, c) in s.points.iter().zip(&s.component) {
