@@ -47,7 +47,7 @@ pub fn normal_keeping_velocity(
     if v.iter().all(|c| c.is_finite()) { v } else { across }
 }
 
-/// Differences by which the rate of F is differentiated in space, in parts of the points' size.
+/// Differences by which the rate of F is differentiated in space, in parts of the length within which the gradient turns.
 const STEP: f64 = 1e-5;
 
 /// [`normal_keeping_velocity`] at points of a surface F = 0 whose free parameters change at `rates` (q̇, one a free parameter). The rate
@@ -88,17 +88,32 @@ pub fn surface_velocity(
     let (gradient, value) = rate(points)?;
     let mut hessian = vec![[0.0; 6]; n];
     Surface::hessian(field, points, &mut hessian)?;
-    let largest = points.as_flattened().iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let step = STEP * if largest > 0.0 { largest } else { 1.0 };
+    // Where nothing bends, such as on a plane, parts of the point's distance from the origin.
+    let steps: Vec<f64> = (0..n)
+        .map(|i| {
+            let bend = hessian[i].iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            let (within, far) = (norm(gradient[i]) / bend, norm(points[i]));
+            STEP * if within.is_finite() && within > 0.0 {
+                within
+            } else if far > 0.0 {
+                far
+            } else {
+                1.0
+            }
+        })
+        .collect();
     let mut change: Vec<Change> =
         value.into_iter().map(|value| Change { value, ..Change::default() }).collect();
     for a in 0..3 {
-        let moved = |by: f64| -> Vec<V3> {
-            points.iter().map(|p| [0, 1, 2].map(|k| if k == a { p[k] + by } else { p[k] })).collect()
+        let moved = |sign: f64| -> Vec<V3> {
+            let one = |(p, h): (&V3, &f64)| [0, 1, 2].map(|k| if k == a { p[k] + sign * h } else { p[k] });
+            points.iter().zip(&steps).map(one).collect()
         };
-        let (ahead, behind) = (rate(&moved(step))?.1, rate(&moved(-step))?.1);
-        for (c, (p, m)) in change.iter_mut().zip(ahead.iter().zip(&behind)) {
-            c.gradient[a] = (p - m) / (2.0 * step);
+        let (places, others) = (moved(1.0), moved(-1.0));
+        let (ahead, behind) = (rate(&places)?.1, rate(&others)?.1);
+        for (i, c) in change.iter_mut().enumerate() {
+            // By the distance that rounding has left of it.
+            c.gradient[a] = (ahead[i] - behind[i]) / (places[i][a] - others[i][a]);
         }
     }
     let one = |i: usize| normal_keeping_velocity(gradient[i], hessian[i], change[i], spin);
@@ -199,6 +214,24 @@ mod tests {
         // About the z axis of the origin: the middle runs along y, and the normals turn.
         let spin = [0.0, 0.0, 0.9];
         check_ball([("a", 0.0), ("b", 0.9 * 1.5), ("r", 0.0)], spin, |x| cross(spin, x));
+    }
+
+    #[test]
+    fn a_small_ball_far_from_the_origin_moves_as_it_does_near() {
+        let formula = "1 - exp(1 - ((x - a)^2 + y^2 + z^2)/s^2)";
+        for (far, size) in [(0.0, 1.0), (1000.0, 1.0), (-3.0, 1e-3)] {
+            let model = isoswarm_field::text::parse(formula, &[("a", far), ("s", size)]).unwrap();
+            let field = Field::new(&model).unwrap();
+            let q: Vec<f64> = field
+                .free()
+                .iter()
+                .map(|&i| if field.parameters()[i].path == "a" { size } else { 0.0 })
+                .collect();
+            let places: Vec<V3> = points().map(|d| add([far, 0.0, 0.0], scale(d, size / norm(d)))).collect();
+            for v in surface_velocity(&field, &places, &q, [0.0; 3]).unwrap() {
+                assert!(distance(v, [size, 0.0, 0.0]) < 1e-6 * size, "{far} {size}: {v:?}");
+            }
+        }
     }
 
     #[test]
