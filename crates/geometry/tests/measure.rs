@@ -4,6 +4,7 @@ mod lattice;
 
 use std::f64::consts::PI;
 
+use isoswarm_field::vector::norm;
 use isoswarm_field::{Aabb, Field};
 use isoswarm_geometry::{Estimate, MeasureOptions, Measures, Mesh, measure};
 use lattice::surface;
@@ -133,6 +134,37 @@ fn a_clipped_surface_has_its_area_and_no_volume() {
         "{:?}",
         m.notes
     );
+}
+
+#[test]
+fn holes_and_faults_make_wide_bars_that_are_not_relied_on() {
+    let sphere = surface("x^2 + y^2 + z^2 - 1");
+    let whole = lattice::mesh(&sphere, &cube(1.1), [20; 3]);
+    let sound = run(&sphere, &whole);
+    assert!(sound.reliable && sound.area.error < 1e-6);
+    // Without one triangle, for several of them: the bar covers what is missing, and is not much wider than the hole.
+    let mut order: Vec<usize> = (0..whole.faces.len()).collect();
+    order.sort_by(|&f, &g| norm(whole.face_vector(g)).total_cmp(&norm(whole.face_vector(f))));
+    for v in [order[0], order[7], order[50]] {
+        let mut holed = whole.clone();
+        holed.faces.remove(v);
+        let m = run(&sphere, &holed);
+        let missing = 4.0 * PI - m.area.value;
+        assert!(!m.reliable && missing > 1e-3, "{v}: {missing}");
+        assert!(missing <= m.area.error && m.area.error < 8.0 * missing, "{missing} {:?}", m.area);
+        assert!(m.notes.iter().any(|n| n.starts_with("1 of the loops")), "{:?}", m.notes);
+    }
+    // A triangle that is there twice.
+    let mut twice = whole.clone();
+    twice.faces.push(twice.faces[17]);
+    let m = run(&sphere, &twice);
+    assert!(!m.reliable && (m.area.value - 4.0 * PI).abs() <= m.area.error, "{:?}", m.area);
+    // An edge on the box is no hole.
+    let bounds = Aabb::new([-1.1, -1.1, -0.3], [1.1; 3]);
+    let cut = lattice::mesh(&sphere, &bounds, [20, 20, 12]);
+    let m = measure(&sphere, &cut, MeasureOptions { bounds: Some(bounds), ..Default::default() }).unwrap();
+    assert!(m.reliable && m.area.error < 1e-6, "{:?}", m.notes);
+    holds(m.area, 2.0 * PI * 1.3);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use isoswarm_field::vector::{V3, add, dot, unit};
 use isoswarm_field::{Aabb, Surface};
 
 use crate::GeometryError;
+use crate::mesh::sides::open_sides;
 use crate::mesh::{Mesh, Topology};
 
 /// A vertex this near a face of the bounds, in parts of their diagonal, lies on it.
@@ -49,15 +50,8 @@ pub(super) fn directions(
 
 /// Vertices at edges of one triangle only.
 pub(super) fn boundary(mesh: &Mesh) -> Vec<u32> {
-    let mut sides: Vec<[u32; 2]> = mesh
-        .faces
-        .iter()
-        .flat_map(|f| [0, 1, 2].map(|k| (f[k], f[(k + 1) % 3])))
-        .map(|(a, b)| [a.min(b), a.max(b)])
-        .collect();
-    sides.sort_unstable();
-    let mut out: Vec<u32> =
-        sides.chunk_by(|a, b| a == b).filter(|c| c.len() == 1).flat_map(|c| c[0]).collect();
+    let open = open_sides(mesh.points.len(), &mesh.faces);
+    let mut out: Vec<u32> = open.into_iter().flat_map(|(a, b, _)| [a, b]).collect();
     out.sort_unstable();
     out.dedup();
     out

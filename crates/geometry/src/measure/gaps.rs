@@ -1,11 +1,14 @@
 //! What a mesh that does not cover the surface once may be off by.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use isoswarm_field::Aabb;
-use isoswarm_field::vector::{norm, sub};
+use isoswarm_field::vector::{V3, distance, norm};
 
 use super::directions::ON_FACE;
+use crate::mesh::sides::open_sides;
+use crate::mesh::topology::Parts;
 use crate::mesh::{Fault, Mesh, Topology};
 
 /// A hole may hide so many times the largest flat surface that its rim can span: the surface bulges or folds there.
@@ -55,41 +58,28 @@ pub(super) fn gaps(mesh: &Mesh, topology: &Topology, bounds: Option<&Aabb>) -> G
     out
 }
 
-/// Lengths of the loops of edges with one triangle that lie inside the bounds.
+/// Lengths of the loops of edges with one triangle that lie inside the bounds; one that leaves the box anywhere is a hole with the part
+/// inside.
 fn holes(mesh: &Mesh, bounds: Option<&Aabb>) -> Vec<f64> {
-    let mut sides: Vec<[u32; 2]> = mesh
-        .faces
-        .iter()
-        .flat_map(|f| [0, 1, 2].map(|k| [f[k].min(f[(k + 1) % 3]), f[k].max(f[(k + 1) % 3])]))
-        .collect();
-    sides.sort_unstable();
-    let open: Vec<[u32; 2]> = sides.chunk_by(|a, b| a == b).filter(|c| c.len() == 1).map(|c| c[0]).collect();
     let near = bounds.map_or(0.0, |b| ON_FACE * b.diagonal());
-    let on_face = |e: &[u32; 2]| {
+    let on_face = |ends: [V3; 2]| {
         bounds.is_some_and(|b| {
-            let ends = e.map(|v| mesh.points[v as usize]);
             (0..3).any(|a| [b.lo[a], b.hi[a]].iter().any(|w| ends.iter().all(|p| (p[a] - w).abs() <= near)))
         })
     };
-    // Edges by the loops that they belong to, whole loops at once: one that leaves the box anywhere is a hole with the part inside.
-    let mut loops: Vec<(u32, f64)> = Vec::new();
-    let mut root: Vec<u32> = (0..mesh.points.len() as u32).collect();
-    let find = |root: &mut Vec<u32>, mut v: u32| {
-        while root[v as usize] != v {
-            root[v as usize] = root[root[v as usize] as usize];
-            v = root[v as usize];
-        }
-        v
-    };
-    let inside: Vec<&[u32; 2]> = open.iter().filter(|e| !on_face(e)).collect();
-    for [a, b] in &inside {
-        let (a, b) = (find(&mut root, *a), find(&mut root, *b));
-        root[a.max(b) as usize] = a.min(b);
+    let mut loops = Parts::new(mesh.points.len());
+    let inside: Vec<(u32, f64)> = open_sides(mesh.points.len(), &mesh.faces)
+        .into_iter()
+        .map(|(a, b, _)| (a, b, [a, b].map(|v| mesh.points[v as usize])))
+        .filter(|(.., ends)| !on_face(*ends))
+        .map(|(a, b, [p, q])| {
+            loops.join(a, b);
+            (a, distance(p, q))
+        })
+        .collect();
+    let mut length = BTreeMap::new();
+    for (v, l) in inside {
+        *length.entry(loops.root(v)).or_insert(0.0) += l;
     }
-    for [a, b] in inside {
-        let length = norm(sub(mesh.points[*a as usize], mesh.points[*b as usize]));
-        loops.push((find(&mut root, *a), length));
-    }
-    loops.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    loops.chunk_by(|a, b| a.0 == b.0).map(|c| c.iter().map(|e| e.1).sum()).collect()
+    length.into_values().collect()
 }

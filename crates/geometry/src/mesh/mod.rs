@@ -30,12 +30,12 @@ mod patch;
 mod quality;
 mod repair;
 mod report;
-mod sides;
+pub(crate) mod sides;
 mod sizes;
 mod smooth;
 mod stitch;
 mod subdivide;
-mod topology;
+pub(crate) mod topology;
 mod valence;
 mod vertices;
 

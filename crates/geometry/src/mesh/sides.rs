@@ -4,11 +4,11 @@ use rayon::prelude::*;
 
 /// A side of a face: the smaller and the larger of its vertices, and three times the number of the face plus that of the corner where it
 /// starts.
-pub(super) type Side = (u32, u32, u32);
+pub(crate) type Side = (u32, u32, u32);
 
 /// The sides of all faces in rising order, so that those of an edge follow each other. Faces for which `good` does not hold, which may name
 /// vertices that are not there, are left out.
-pub(super) fn sides(vertices: usize, faces: &[[u32; 3]], good: impl Fn(usize) -> bool) -> Vec<Side> {
+pub(crate) fn sides(vertices: usize, faces: &[[u32; 3]], good: impl Fn(usize) -> bool) -> Vec<Side> {
     let side = |v: &[u32; 3], k: usize| {
         let (a, b) = (v[k], v[(k + 1) % 3]);
         (a.min(b), a.max(b))
@@ -48,6 +48,12 @@ pub(super) fn sides(vertices: usize, faces: &[[u32; 3]], good: impl Fn(usize) ->
         }
     });
     out
+}
+
+/// The sides that no other face shares.
+pub(crate) fn open_sides(vertices: usize, faces: &[[u32; 3]]) -> Vec<Side> {
+    let alone = |edge: &[Side]| if let [side] = *edge { Some(side) } else { None };
+    sides(vertices, faces, |_| true).chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).filter_map(alone).collect()
 }
 
 #[cfg(test)]

@@ -229,16 +229,16 @@ impl Topology {
 }
 
 /// Disjoint sets.
-struct Parts {
+pub(crate) struct Parts {
     parent: Vec<u32>,
 }
 
 impl Parts {
-    fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }
     }
 
-    fn root(&mut self, mut v: u32) -> u32 {
+    pub(crate) fn root(&mut self, mut v: u32) -> u32 {
         while self.parent[v as usize] != v {
             self.parent[v as usize] = self.parent[self.parent[v as usize] as usize];
             v = self.parent[v as usize];
@@ -246,7 +246,7 @@ impl Parts {
         v
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
