@@ -87,7 +87,6 @@ export class Client {
   #closed = false;
   #latest = new Latest();
   #player: Player | null = null;
-  #adapting = false;
   #open = false;
   /** When the core has stopped lately (ms). */
   #stops: number[] = [];
@@ -150,14 +149,12 @@ export class Client {
     if (name === 'open') {
       this.#tail = [];
       this.#saved = null;
-      this.#adapting = false;
       this.#open = true;
       await this.save().catch(() => undefined);
       this.#changed(output as SceneState);
     } else if (name === 'apply') {
       const { command } = input as Input<'apply'>;
       const { state } = output as Output<'apply'>;
-      this.#adapting = state.adapter !== null;
       if (!HARMLESS.has(command.do)) {
         this.#tail.push(command);
         // What goes back beyond the last saved scene cannot be told by commands: that is saved at once.
@@ -303,7 +300,6 @@ export class Client {
     } finally {
       if (this.#link === link) opened();
     }
-    this.#adapting = state?.adapter != null;
     this.#open = state !== null;
     this.#tell('restarted', { state, failure });
     if (state) this.#tell('state', state);
@@ -339,7 +335,7 @@ export class Client {
   }
 
   #saveSoon(after = this.#options.saveAfter): void {
-    if (this.#adapting || this.#closed) return;
+    if (this.#closed) return;
     if (this.#saver) {
       if (after > 0) return;
       clearTimeout(this.#saver);

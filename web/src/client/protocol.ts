@@ -200,7 +200,7 @@ export interface Hit {
 
 /** The model where it is: a piece of text that can be saved. */
 export interface Saved {
-  /** An `.iso.json` file, exact to the last bit; while an adapter is on, as it was before that. */
+  /** An `.iso.json` file, exact to the last bit, with the adapter that is on. */
   scene: string;
   /** What has been done since opening, as a script. */
   log: string;

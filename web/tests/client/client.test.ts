@@ -114,6 +114,18 @@ test('the tree is edited: added, renamed, copied, moved as one, undone', async (
   expect((await client.request('adapters', {})).map(a => a.name)).toContain('twist');
 });
 
+test('an adapter that is on is saved, and is on again after the core has been started anew', async () => {
+  const client = await start();
+  await client.open({ text: 'sphere(r=1)', settings: { amount: { count: 100 } } });
+  await client.apply({ do: 'adapt', path: 'sphere', adapter: 'mover' });
+  await client.apply({ do: 'set', path: 'adapter/x', value: 0.25, continued: false });
+  await client.save();
+  expect((JSON.parse(client.saved!.scene) as { version: number }).version).toBe(2);
+  const state = await client.restart();
+  expect(state!.adapter!.path).toBe('adapter');
+  expect(state!.parameters.find(p => p.path === 'adapter/x')!.value).toBe(0.25);
+});
+
 test('a slider is one step back, and only its last value counts', async () => {
   const client = await start();
   await client.open({ text: 'sphere(r=1)', settings: { amount: { count: 100 } } });

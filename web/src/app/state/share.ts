@@ -45,8 +45,8 @@ export function isShared(hash: string): boolean {
 /** Whether the link in the address is still of this scene, whatever its clock and floaters do. */
 export function isLinkOf(scene: string): boolean {
   const known = (text: string): string => {
-    const { model, pins, settings } = JSON.parse(text) as Record<string, unknown>;
-    return JSON.stringify([model, pins, settings]);
+    const { model, pins, settings, adapting } = JSON.parse(text) as Record<string, unknown>;
+    return JSON.stringify([model, pins, settings, adapting]);
   };
   try {
     return known(decode(location.hash).scene) === known(scene);
