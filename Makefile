@@ -33,7 +33,7 @@ setup-web:      ## check the tools of the Studio, install its pinned packages
 	@scripts/setup-web
 
 # Without link-time optimisation of the WebAssembly: minutes less, the same bits.
-test test-web: export WASM_PROFILE ?= quick
+test test-python test-web: export WASM_PROFILE ?= quick
 
 test: lint test-rust studio-page build test-python test-web   ## everything that must pass
 	@echo "make test: all passed"
@@ -52,7 +52,7 @@ lint: setup
 test-rust: setup
 	$(CARGO) test --workspace --exclude isoswarm-python --features isoswarm-field/testkit --locked --no-fail-fast
 
-test-python: build
+test-python: studio-page build
 	$(PY) -m pytest
 
 test-web: studio-page  ## the client in Node, native bits against those of WebAssembly, the page in Chromium
