@@ -392,10 +392,10 @@ fn operand<V: Scalar, const B: usize, const SLOW: bool, R: Reach<V, B>>(
 
 /// Carries the rows of adjoints from the uniforms back to the parameters they depend on.
 #[inline(always)]
-pub(crate) fn reverse_uniforms<V: Scalar, const B: usize>(
+pub(crate) fn reverse_uniforms<const B: usize>(
     program: &[Uniform],
-    values: &[V],
-    sink: &mut Full<'_, V, B>,
+    values: &[f64],
+    sink: &mut Full<'_, f64, B>,
 ) {
     for i in (0..program.len()).rev() {
         let Uniform::Op(op, args) = program[i] else { continue };
@@ -406,7 +406,13 @@ pub(crate) fn reverse_uniforms<V: Scalar, const B: usize>(
         let [a, b, _] = args.map(|s| values[s as usize]);
         for k in (0..op.arity()).filter(|&k| !is_flat(op, k)) {
             if sink.wants(args[k]) {
-                sink.add(args[k], |j| pull(op, k, g[j], a, b, values[i]));
+                // The same factor for the whole block, unless it is beyond all numbers.
+                let slope = pull(op, k, 1.0, a, b, values[i]);
+                if slope.is_finite() {
+                    sink.add(args[k], |j| g[j] * slope);
+                } else {
+                    sink.add(args[k], |j| pull(op, k, g[j], a, b, values[i]));
+                }
             }
         }
     }

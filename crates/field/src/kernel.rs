@@ -270,7 +270,7 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
                         &mut sink,
                         &mut Everywhere,
                     );
-                    reverse_uniforms::<f64, B>(rows.program, uniforms, &mut sink);
+                    reverse_uniforms::<B>(rows.program, uniforms, &mut sink);
                     scatter(program, adjoints, batch.axes, (start, n), x, leaves);
                     for &(_, row) in &rows.columns {
                         if !touched[row] {

@@ -32,6 +32,13 @@ pub fn floater_velocity(
     along(desired, -lambda, gradient)
 }
 
+/// `v`, or the nearer limit (`lo` for NaN): one instruction a limit, where `f64::max` takes many.
+#[inline(always)]
+pub(crate) fn within(v: f64, lo: f64, hi: f64) -> f64 {
+    let v = if v > lo { v } else { lo };
+    if v < hi { v } else { hi }
+}
+
 /// The bounds as constraints on particles that are on F = 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Walls {
@@ -56,8 +63,9 @@ impl Walls {
         (0..self.axes).any(|a| p[a] <= self.lo[a] || p[a] >= self.hi[a])
     }
 
+    #[inline(always)]
     pub(crate) fn clamp(&self, p: V3) -> V3 {
-        [0, 1, 2].map(|a| p[a].max(self.lo[a]).min(self.hi[a]))
+        [0, 1, 2].map(|a| within(p[a], self.lo[a], self.hi[a]))
     }
 
     /// Whether moving from `p` along `v` leaves through a face of axis `a` at once.

@@ -42,7 +42,8 @@ impl Neighbors {
     /// The bit of an entry that says something about the pair; the others are the neighbour's number.
     pub(crate) const MARK: u32 = 1 << 31;
 
-    /// The neighbours of particle `i`, in an order that depends on positions only.
+    /// The neighbours of particle `i`, in an order that depends on positions only, marked ones last: sums over them do not stop at
+    /// one here and there.
     #[inline(always)]
     pub fn of(&self, i: usize) -> &[u32] {
         let (part, at) = self.place[i];
@@ -203,7 +204,15 @@ impl Part {
         let at = self.rows.len();
         self.rows.push(0);
         fill(&mut self.rows);
-        self.rows[at] = (self.rows.len() - at - 1) as u32;
+        let row = &mut self.rows[at + 1..];
+        let mut plain = 0;
+        for k in 0..row.len() {
+            if row[k] & Neighbors::MARK == 0 {
+                row[plain..=k].rotate_right(1);
+                plain += 1;
+            }
+        }
+        self.rows[at] = row.len() as u32;
         self.particles.push(i);
     }
 

@@ -159,7 +159,7 @@ pub(crate) fn doubt(p: V3, q: V3, n: V3, m: V3) -> Option<bool> {
     }
     let r = sub(p, q);
     let (a, b) = (dot(r, n), dot(r, m));
-    Some(c < LEVEL + 0.5 || (a * a).min(b * b) > 0.2 * dot(r, r))
+    Some(c < LEVEL + 0.5 || (a * a).min(b * b) > 0.25 * dot(r, r))
 }
 
 /// Cosine between normals from which on down two floaters lie on different sheets.

@@ -34,9 +34,8 @@ pub(super) type Entries = [Vec<(u32, f64)>];
 const FEWEST: usize = 8;
 const FULL: f64 = 0.25;
 
-/// Whether folding pays.
-pub(super) fn pays(rows: &Entries, width: usize) -> bool {
-    let (n, entries) = (rows.len(), rows.iter().map(Vec::len).sum::<usize>());
+/// Whether folding pays for `n` rows of `width` columns with so many entries in all.
+pub(super) fn pays(n: usize, entries: usize, width: usize) -> bool {
     n >= FEWEST && width >= 2 * n && (entries as f64) < FULL * n as f64 * width as f64
 }
 
@@ -358,8 +357,7 @@ mod tests {
 
     #[test]
     fn what_is_full_is_not_folded() {
-        assert!(pays(&band(40, 900, 60, 1), 900));
-        assert!(!pays(&band(40, 900, 600, 1), 900));
-        assert!(!pays(&band(4, 900, 60, 1), 900));
+        let pays = |n: usize, entries: usize| pays(n, n * entries, 900);
+        assert!(pays(40, 60) && !pays(40, 600) && !pays(4, 60));
     }
 }

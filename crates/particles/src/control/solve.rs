@@ -33,36 +33,6 @@ pub(crate) struct Rows {
 /// Marks parameters without a column.
 const NONE: u32 = u32::MAX;
 
-/// An entry of a pin's equation.
-#[derive(Clone, Copy)]
-struct Entry {
-    column: u32,
-    /// In lengths, for a change of the parameter at unit cost.
-    value: f64,
-    /// Whether it is more than nothing beside the others of the row.
-    counts: bool,
-}
-
-/// The rows as lengths at unit costs, without what cannot be used.
-fn scaled(rows: &Rows, scale: &[f64], metric: &[f64], held: &[bool]) -> Vec<Vec<Entry>> {
-    let unit = |(cost, held): (&f64, &bool)| if *cost > 0.0 && !held { 1.0 / cost } else { 0.0 };
-    let unit: Vec<f64> = metric.iter().zip(held).map(unit).collect();
-    let one = |i: usize| -> Vec<Entry> {
-        if scale[i] == 0.0 {
-            return Vec::new();
-        }
-        let usable = || rows.q_gradient.entries_of(i).filter(|&(j, _)| unit[j] > 0.0);
-        let largest = usable().map(|(j, v)| v.abs() * unit[j]).fold(0.0, f64::max);
-        let entry = |(j, v): (usize, f64)| Entry {
-            column: j as u32,
-            value: scale[i] * v * unit[j],
-            counts: v.abs() * unit[j] > NOTHING * largest,
-        };
-        usable().map(entry).collect()
-    };
-    (0..scale.len()).map(one).collect()
-}
-
 /// A column beside those of parameters.
 #[derive(Clone, Copy, Debug)]
 enum Extra {
@@ -100,26 +70,6 @@ pub(crate) struct Change {
     pub(crate) residual: Vec<f64>,
 }
 
-/// The factors of a matrix given by the entries of its rows, folded or not.
-fn factored(
-    matrix: &fold::Entries,
-    width: usize,
-    folds: bool,
-    precedence: &[u8],
-    tolerance: f64,
-) -> (Option<Fold>, Factors) {
-    if folds {
-        let (fold, l) = Fold::new(matrix, width);
-        let factors = Factors::new(l, fold.width(), precedence, tolerance);
-        return (Some(fold), factors);
-    }
-    let mut a = vec![0.0; matrix.len() * width];
-    for (row, entries) in a.chunks_exact_mut(width.max(1)).zip(matrix) {
-        entries.iter().for_each(|&(k, v)| row[k as usize] = v);
-    }
-    (None, Factors::new(a, width, precedence, tolerance))
-}
-
 impl System {
     /// Factors the rows of `pins`. `metric[j]` is the cost of a unit change of q_j; parameters with no cost have no
     /// effect anywhere and, like those that are `held`, get no column. Gradients up to `least` count as zero. Rows may be missed
@@ -143,17 +93,35 @@ impl System {
                 if fine { pins[i].weight / size } else { 0.0 }
             })
             .collect();
-        let entries = scaled(rows, &scale, metric, held);
-        let mut place = vec![NONE; m];
-        entries.iter().flatten().filter(|e| e.counts).for_each(|e| place[e.column as usize] = 0);
+        // Change of a parameter at unit cost; 0 for those that get no column.
+        let free = |(cost, held): (&f64, &bool)| if *cost > 0.0 && !held { 1.0 / cost } else { 0.0 };
+        let unit: Vec<f64> = metric.iter().zip(held).map(free).collect();
+        // The entries of a row as lengths at unit costs, over its scale.
+        let entries = |i: usize| {
+            let regular = scale[i] > 0.0;
+            rows.q_gradient.entries_of(i).filter(move |_| regular).map(|(j, v)| (j, v * unit[j]))
+        };
+        let least_entry: Vec<f64> =
+            (0..n).map(|i| NOTHING * entries(i).map(|(_, v)| v.abs()).fold(0.0, f64::max)).collect();
+        let (mut place, mut count) = (vec![NONE; m], 0);
+        for (i, least) in least_entry.iter().enumerate() {
+            for (j, v) in entries(i) {
+                if v.abs() > *least {
+                    (place[j], count) = (0, count + 1);
+                }
+            }
+        }
         let kept: Vec<u32> = (0..m as u32).filter(|&j| place[j as usize] != NONE).collect();
         kept.iter().enumerate().for_each(|(k, &j)| place[j as usize] = k as u32);
-        let unit: Vec<f64> = kept.iter().map(|&j| 1.0 / metric[j as usize]).collect();
-        let square = |row: &Vec<Entry>| {
-            row.iter().filter(|e| place[e.column as usize] != NONE).map(|e| e.value * e.value).sum::<f64>()
+        let place = &place[..];
+        let kept_entries = |i: usize| entries(i).filter(move |&(j, _)| place[j] != NONE);
+        let damping = if damping > 0.0 {
+            let square =
+                |i: usize| kept_entries(i).map(|(_, v)| (scale[i] * v) * (scale[i] * v)).sum::<f64>();
+            damping * (0..n).map(square).fold(0.0, f64::max).sqrt()
+        } else {
+            0.0
         };
-        let damping =
-            if damping > 0.0 { damping * entries.iter().map(square).fold(0.0, f64::max).sqrt() } else { 0.0 };
         let mut extra = Vec::new();
         for (i, pin) in pins.iter().enumerate() {
             let softness = pin.softness.max(damping);
@@ -163,26 +131,34 @@ impl System {
             extra.extend(pin.guide.ways().into_iter().map(|direction| Extra::Way { row: i, direction }));
         }
         let width = kept.len() + extra.len();
-        let list = |row: &Vec<Entry>, all: bool| -> Vec<(u32, f64)> {
-            let own = row.iter().filter(|e| (all || e.counts) && place[e.column as usize] != NONE);
-            own.map(|e| (place[e.column as usize], e.value)).collect()
-        };
-        let mut matrix: Vec<Vec<(u32, f64)>> = entries.iter().map(|row| list(row, false)).collect();
-        let folds = fold::pays(&matrix, kept.len());
-        if !folds {
-            matrix = entries.iter().map(|row| list(row, true)).collect();
-        }
-        for (k, e) in extra.iter().enumerate() {
-            let (row, value) = match *e {
-                Extra::Slack { row, softness } => (row, softness),
-                Extra::Way { row, direction } => (row, scale[row] * dot(rows.gradient[row], direction)),
-            };
-            if scale[row] > 0.0 {
-                matrix[row].push(((kept.len() + k) as u32, value));
+        let beside = extra.iter().enumerate().map(|(k, e)| match *e {
+            Extra::Slack { row, softness } => (row, kept.len() + k, softness),
+            Extra::Way { row, direction } => {
+                (row, kept.len() + k, scale[row] * dot(rows.gradient[row], direction))
             }
-        }
+        });
+        let beside = beside.filter(|&(row, ..)| scale[row] > 0.0);
         let precedence: Vec<u8> = pins.iter().map(Pin::precedence).collect();
-        let (fold, factors) = factored(&matrix, width, folds, &precedence, tolerance);
+        let (fold, factors) = if fold::pays(n, count, kept.len()) {
+            let mut matrix: Vec<Vec<(u32, f64)>> = (0..n)
+                .map(|i| {
+                    let counting = kept_entries(i).filter(|(_, v)| v.abs() > least_entry[i]);
+                    counting.map(|(j, v)| (place[j], scale[i] * v)).collect()
+                })
+                .collect();
+            beside.for_each(|(row, column, value)| matrix[row].push((column as u32, value)));
+            let (fold, l) = Fold::new(&matrix, width);
+            let factors = Factors::new(l, fold.width(), &precedence, tolerance);
+            (Some(fold), factors)
+        } else {
+            let mut matrix = vec![0.0; n * width];
+            for i in 0..n {
+                kept_entries(i).for_each(|(j, v)| matrix[i * width + place[j] as usize] = scale[i] * v);
+            }
+            beside.for_each(|(row, column, value)| matrix[row * width + column] = value);
+            (None, Factors::new(matrix, width, &precedence, tolerance))
+        };
+        let unit: Vec<f64> = kept.iter().map(|&j| unit[j as usize]).collect();
         let weight = pins.iter().map(|p| p.weight).collect();
         Self { kept, unit, extra, scale, weight, fold, factors, count: n, freedom: m }
     }

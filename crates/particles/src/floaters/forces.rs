@@ -11,8 +11,9 @@ use crate::repulsion::fold;
 use crate::swarm::{doubt, share};
 use crate::vector::{V3, dot, sub};
 
-/// Energies are cut off at this many σ: exp(-8) of their peak.
-const CUTOFF: f64 = 4.0;
+/// Energies are cut off at this many σ, .0007 of their peak: between the second and the third ring of floaters at rest, where
+/// fewest come and go.
+const CUTOFF: f64 = 3.8;
 
 /// What the others do to a floater.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,7 +36,7 @@ pub(super) struct Kept {
 }
 
 /// How much farther lists reach than the forces.
-const SKIN: f64 = 1.15;
+const SKIN: f64 = 1.12;
 /// Radii that differ by less share one reach, which is faster to find.
 const ALIKE: f64 = 2.0;
 
@@ -91,7 +92,7 @@ pub(super) fn forces(
         *kept = Some(Kept::new(points, normals, sigma));
     }
     let lists = &kept.as_ref().expect("made above").lists;
-    let inverse: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
+    let places = Places::new(points, sigma);
     let mut force = vec![Force::default(); points.len()];
     let arch = Arch::new();
     force.par_chunks_mut(CHUNK).enumerate().for_each(|(c, force)| {
@@ -101,9 +102,9 @@ pub(super) fn forces(
             points,
             normals,
             sigma,
-            inverse: &inverse,
             alpha,
             lists,
+            places: &places,
         });
     });
     force
@@ -116,18 +117,55 @@ const LANES: usize = 8;
 /// Where the energies end, in u = d²/2σ².
 const END: f32 = (0.5 * CUTOFF * CUTOFF) as f32;
 
-/// The sums over the neighbours of some floaters, in single precision: distances are taken in double precision and then measured
-/// in σ^i, so that a force is rounded to 2e-5 of what one neighbour exerts, at any place and scale.
+/// Floaters in single precision, a quarter of the loads and conversions of double precision.
+struct Places {
+    /// For each floater its place from the middle in half sizes of the swarm, and the square of the least σ over its own; then one that is
+    /// out of everybody's reach, for lanes without a neighbour.
+    rows: Vec<[f32; 4]>,
+    /// Half the size of the swarm.
+    size: f64,
+    /// The least σ.
+    least: f64,
+    /// Whether places are too coarse, so that differences are taken in double precision.
+    coarse: bool,
+}
+
+/// Half sizes of a swarm in least σ beyond which places in single precision are off by more than 6e-5 σ.
+const FINE: f64 = 1024.0;
+/// Where the floater is that is out of reach, in half sizes: finite in σ.
+const OUT: f32 = 1e12;
+
+impl Places {
+    fn new(points: &[V3], sigma: &[f64]) -> Self {
+        let least = sigma.iter().fold(f64::INFINITY, |a, &b| a.min(b));
+        let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for p in points {
+            (lo, hi) = ([0, 1, 2].map(|a| lo[a].min(p[a])), [0, 1, 2].map(|a| hi[a].max(p[a])));
+        }
+        let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+        let size = (0..3).map(|a| hi[a] - middle[a]).fold(least, f64::max);
+        let (per_size, coarse) = (1.0 / size, size > FINE * least);
+        let row = |(p, s): (&V3, &f64)| {
+            let [x, y, z] = [0, 1, 2].map(|a| ((p[a] - middle[a]) * per_size) as f32);
+            [x, y, z, ((least / s) * (least / s)) as f32]
+        };
+        let mut rows: Vec<[f32; 4]> = points.iter().zip(sigma).map(row).collect();
+        rows.push([OUT, 0.0, 0.0, 0.0]);
+        Self { rows, size, least, coarse }
+    }
+}
+
+/// The sums over the neighbours of some floaters, in single precision: a force is rounded to 2e-5 of what one neighbour exerts, or as
+/// [`FINE`] says, at any place and scale.
 struct Sums<'a> {
     first: usize,
     force: &'a mut [Force],
     points: &'a [V3],
     normals: &'a [V3],
     sigma: &'a [f64],
-    /// 1/σ²
-    inverse: &'a [f64],
     alpha: f64,
     lists: &'a Neighbors,
+    places: &'a Places,
 }
 
 impl pulp::NullaryFnOnce for Sums<'_> {
@@ -135,51 +173,89 @@ impl pulp::NullaryFnOnce for Sums<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { first, force, points, normals, sigma, inverse, alpha, lists } = self;
-        for (k, force) in force.iter_mut().enumerate() {
-            let i = first + k;
-            let (p, own) = (points[i], sigma[i]);
-            let (unit, square) = (1.0 / own, own * own);
-            let (mut sum, mut energy, mut slope) = ([[0.0f32; LANES]; 3], [0.0f32; LANES], [0.0f32; LANES]);
-            for some in lists.of(i).chunks(LANES) {
-                // Lanes without a neighbour are out of reach.
-                let mut r = [[1e3f32; LANES], [0.0; LANES], [0.0; LANES]];
-                let mut ratio = [1.0f32; LANES];
-                let (mut part, mut marks) = ([1.0f32; LANES], 0);
-                for (l, &entry) in some.iter().enumerate() {
-                    let j = (entry & !Neighbors::MARK) as usize;
-                    let q = points[j];
-                    marks |= entry;
-                    r[0][l] = ((p[0] - q[0]) * unit) as f32;
-                    r[1][l] = ((p[1] - q[1]) * unit) as f32;
-                    r[2][l] = ((p[2] - q[2]) * unit) as f32;
-                    ratio[l] = (square * inverse[j]) as f32;
-                }
-                if marks & Neighbors::MARK != 0 {
-                    for (l, &entry) in some.iter().enumerate().filter(|e| e.1 & Neighbors::MARK != 0) {
-                        let j = (entry & !Neighbors::MARK) as usize;
-                        part[l] = share(p, points[j], normals[i], normals[j]) as f32;
+        let places = self.places;
+        for k in 0..self.force.len() {
+            let i = self.first + k;
+            self.force[k] = if places.coarse {
+                let (p, per_size) = (self.points[i], 1.0 / places.size);
+                self.sum(i, [0.0; 3], |j| match self.points.get(j) {
+                    Some(q) => {
+                        let [x, y, z] = [0, 1, 2].map(|a| ((q[a] - p[a]) * per_size) as f32);
+                        [x, y, z, places.rows[j][3]]
                     }
-                }
-                for l in 0..LANES {
-                    let u = 0.5 * (r[0][l] * r[0][l] + r[1][l] * r[1][l] + r[2][l] * r[2][l]);
-                    let (ij, ji) = (part[l] * faded(u), part[l] * faded(u * ratio[l]));
-                    // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
-                    let push = ij + ji * ratio[l];
-                    sum[0][l] += push * r[0][l];
-                    sum[1][l] += push * r[1][l];
-                    sum[2][l] += push * r[2][l];
-                    energy[l] += ij;
-                    slope[l] += u * ij;
-                }
-            }
-            *force = Force {
-                desired: sum.map(|s| alpha * own * fold(s)),
-                energy: alpha * fold(energy),
-                energy_by_sigma: 2.0 * alpha * unit * fold(slope),
+                    None => places.rows[j],
+                })
+            } else {
+                let [x, y, z, _] = places.rows[i];
+                self.sum(i, [x, y, z], |j| places.rows[j])
             };
         }
     }
+}
+
+impl Sums<'_> {
+    /// The force on floater `i`, whose place is `p`; `row` gives the others'.
+    #[inline(always)]
+    fn sum(&self, i: usize, p: [f32; 3], row: impl Fn(usize) -> [f32; 4]) -> Force {
+        let Self { points, normals, alpha, places, .. } = self;
+        let own = self.sigma[i];
+        let unit = (places.size / own) as f32;
+        let square = ((own / places.least) * (own / places.least)) as f32;
+        let (mut sum, mut energy, mut slope) = ([[0.0f32; LANES]; 3], [0.0f32; LANES], [0.0f32; LANES]);
+        for some in self.lists.of(i).chunks(LANES) {
+            let entries = full(some, (places.rows.len() - 1) as u32);
+            // As columns; loops, because what takes closures is not always inlined, and then without wide vectors.
+            let (mut x, mut y, mut z, mut ratio) =
+                ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
+            let mut marks = 0;
+            for l in 0..LANES {
+                let near = row((entries[l] & !Neighbors::MARK) as usize);
+                (x[l], y[l], z[l], ratio[l]) = (near[0], near[1], near[2], near[3]);
+                marks |= entries[l];
+            }
+            let mut part = [1.0f32; LANES];
+            // Marked ones come last.
+            if marks & Neighbors::MARK != 0 {
+                for (part, entry) in part.iter_mut().zip(entries) {
+                    if entry & Neighbors::MARK != 0 {
+                        let j = (entry & !Neighbors::MARK) as usize;
+                        *part = share(points[i], points[j], normals[i], normals[j]) as f32;
+                    }
+                }
+            }
+            for l in 0..LANES {
+                let (x, y, z) = ((p[0] - x[l]) * unit, (p[1] - y[l]) * unit, (p[2] - z[l]) * unit);
+                let ratio = ratio[l] * square;
+                let u = 0.5 * (x * x + y * y + z * z);
+                let (ij, ji) = (part[l] * faded(u), part[l] * faded(u * ratio));
+                // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
+                let push = ij + ji * ratio;
+                sum[0][l] += push * x;
+                sum[1][l] += push * y;
+                sum[2][l] += push * z;
+                energy[l] += ij;
+                slope[l] += if u < END { u * ij } else { 0.0 };
+            }
+        }
+        Force {
+            desired: sum.map(|s| alpha * own * fold(s)),
+            energy: alpha * fold(energy),
+            energy_by_sigma: 2.0 * alpha / own * fold(slope),
+        }
+    }
+}
+
+/// A chunk of a list as full lanes; those without a neighbour have `none`.
+#[inline(always)]
+fn full(some: &[u32], none: u32) -> [u32; LANES] {
+    if let Ok(full) = some.try_into() {
+        return full;
+    }
+    let mut lanes = [none; LANES];
+    for (lane, entry) in lanes.iter_mut().zip(some) {
+        *lane = *entry;
+    }
+    lanes
 }
 
 /// exp(-u), cut off.
@@ -241,6 +317,26 @@ mod tests {
             let slope = (d(sigma[i] + h) - d(sigma[i] - h)) / (2.0 * h);
             assert!((force[i].energy - d(sigma[i])).abs() < 2e-5 * d(sigma[i]).max(1.0));
             assert!((force[i].energy_by_sigma - slope).abs() < 2e-5 * (1.0 + slope.abs()), "{i}");
+        }
+    }
+
+    #[test]
+    fn forces_are_as_exact_where_parts_are_far_apart() {
+        // One cloud, and the same with a twin so far away that single precision holds nothing of either.
+        let rng = Rng::new(4, Stream::Jitter);
+        let cloud: Vec<V3> = (0..40).map(|i| [0, 1, 2].map(|a| rng.unit(3 * i + a))).collect();
+        let sigma: Vec<f64> = (0..40).map(|i| 0.15 + 0.2 * rng.unit(1000 + i)).collect();
+        let alone = forces(&cloud, &[[0.0; 3]; 40], &sigma, 6.0, &mut None);
+        for (away, exact) in [(200.0, 5e-3), (1e3, 1e-4), (1e9, 1e-4)] {
+            let twin = cloud.iter().map(|p| [p[0] + away, p[1], p[2]]);
+            let both: Vec<V3> = cloud.iter().copied().chain(twin).collect();
+            let twice: Vec<f64> = sigma.iter().chain(&sigma).copied().collect();
+            let force = forces(&both, &[[0.0; 3]; 80], &twice, 6.0, &mut None);
+            for (i, (a, b)) in force.iter().zip(&alone).enumerate() {
+                let off = sub(a.desired, b.desired);
+                assert!(dot(off, off).sqrt() < exact, "{i} at {away}: {off:?}");
+                assert!((a.energy - b.energy).abs() < exact, "{i} at {away}: {}", a.energy - b.energy);
+            }
         }
     }
 }

@@ -12,7 +12,7 @@ use isoswarm_field::{Aabb, Surface};
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::constraint::{CHUNK, Target, Walls, evaluate, floater_velocity, project};
+use crate::constraint::{CHUNK, Target, Walls, evaluate, floater_velocity, project, within};
 use crate::neighbors::Grid;
 use crate::rng::{Rng, Stream};
 use crate::vector::{V3, add, along, dot, norm, scale, sub, unit};
@@ -204,7 +204,8 @@ impl Floaters {
         let (mut value, mut gradient) = (Vec::new(), Vec::new());
         evaluate(surface, evaluations, &self.points, &mut value, &mut gradient)?;
         let sheets = self.turn(&gradient, p.dt);
-        let least = 1e-9 * mean_length(&gradient);
+        let length: Vec<f64> = gradient.iter().map(|&g| norm(g)).collect();
+        let least = 1e-9 * mean(&length);
 
         // Repulsion forces between floaters set their desired velocities P^i (eq. 9).
         let force = forces(&self.points, &sheets, &self.sigma, p.alpha, &mut self.kept);
@@ -215,7 +216,7 @@ impl Floaters {
         let moved: Vec<Moved> = each
             .map(|i| {
                 let moving = motion.get(i).copied().unwrap_or(0.0);
-                self.moved(i, &walls, p, (value[i], gradient[i], moving, least), &force[i])
+                self.moved(i, &walls, p, (value[i], gradient[i], length[i], moving), least, &force[i])
             })
             .collect();
         self.off = 0.0;
@@ -242,21 +243,22 @@ impl Floaters {
         i: usize,
         walls: &Walls,
         p: &Parameters,
-        (value, gradient, moving, least): (f64, V3, f64, f64),
+        (value, gradient, length, moving): (f64, V3, f64, f64),
+        least: f64,
         force: &Force,
     ) -> Moved {
-        let off = value.abs() / norm(gradient);
+        let off = value.abs() / length;
         let off = if value.is_finite() && !off.is_finite() { 0.0 } else { off };
         let desired = walls.slide(self.points[i], self.normals[i], force.desired);
         let v = floater_velocity(desired, value, gradient, moving, p.phi, least);
-        let fastest = self.desired_radius(i, p).max(self.sigma[i]) / p.dt;
-        let velocity = scale(v, (fastest / norm(v)).min(1.0));
+        let (fastest, square) = (self.desired_radius(i, p).max(self.sigma[i]) / p.dt, dot(v, v));
+        let velocity = if square > fastest * fastest { scale(v, fastest / square.sqrt()) } else { v };
         let point = walls.clamp(along(self.points[i], p.dt, velocity));
         let mut sigma = self.sigma[i];
         if p.adaptive {
             // Not to less than half in a step, and never beyond σ^max.
             let rate = radius_rate(force, sigma, p);
-            sigma = (sigma + p.dt * rate).max(0.5 * sigma).min(p.sigma_max);
+            sigma = within(sigma + p.dt * rate, 0.5 * sigma, p.sigma_max);
         }
         Moved { point, velocity, sigma, off }
     }
@@ -306,7 +308,10 @@ impl Floaters {
             project(surface, evaluations, walls, &mut self.points, &mut self.normals, target)?;
             return Ok(());
         }
-        let far = |i: &usize| norm(self.velocity[*i]) * p.dt > FAR_STEP * self.sigma[*i];
+        let far = |&i: &usize| {
+            let (v, allowed) = (self.velocity[i], FAR_STEP / p.dt * self.sigma[i]);
+            dot(v, v) > allowed * allowed
+        };
         let movers: Vec<usize> = (0..self.len()).filter(far).collect();
         if movers.is_empty() {
             return Ok(());
@@ -466,7 +471,7 @@ fn radius_rate(force: &Force, sigma: f64, p: &Parameters) -> f64 {
     d_rate / (force.energy_by_sigma + p.beta_sigma / sigma)
 }
 
-fn mean_length(gradient: &[V3]) -> f64 {
-    let lengths = gradient.iter().map(|&g| norm(g)).filter(|l| l.is_finite());
-    lengths.sum::<f64>() / gradient.len().max(1) as f64
+/// The mean of those that are finite, over all.
+fn mean(length: &[f64]) -> f64 {
+    length.iter().filter(|l| l.is_finite()).sum::<f64>() / length.len().max(1) as f64
 }
