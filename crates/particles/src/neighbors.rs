@@ -6,6 +6,7 @@
 
 mod grid;
 mod occupied;
+mod sheets;
 
 use std::ops::Range;
 
@@ -58,7 +59,7 @@ impl Neighbors {
 
     /// All pairs within reach for which `mark(i, j)` is not `None`. Its bits, of which only [`Self::MARK`] may be set,
     /// are added to the entries in the lists.
-    pub(crate) fn find_marked(
+    fn find_marked(
         points: &[V3],
         reach: Reach<'_>,
         mark: impl Fn(usize, usize) -> Option<u32> + Sync,
@@ -208,7 +209,9 @@ impl Part {
         let mut plain = 0;
         for k in 0..row.len() {
             if row[k] & Neighbors::MARK == 0 {
-                row[plain..=k].rotate_right(1);
+                if plain < k {
+                    row[plain..=k].rotate_right(1);
+                }
                 plain += 1;
             }
         }

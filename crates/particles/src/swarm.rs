@@ -109,15 +109,11 @@ impl Swarm {
     /// Everybody within `radius` times the larger of the two sizes who may be on the same sheet soon; pairs for which
     /// that is in doubt, as [`share`] tells, are marked.
     pub(crate) fn surroundings(&self, radius: f64) -> Neighbors {
-        let mark = |i: usize, j: usize| {
-            let (n, m) = (self.normals[i], self.normals[j]);
-            doubt(self.points[i], self.points[j], n, m).map(|d| if d { Neighbors::MARK } else { 0 })
-        };
         if self.size.is_empty() {
-            Neighbors::find_marked(&self.points, Reach::Same(radius), mark)
+            Neighbors::on_sheets(&self.points, &self.normals, Reach::Same(radius))
         } else {
             let reach: Vec<f64> = self.size.iter().map(|s| s * radius).collect();
-            Neighbors::find_marked(&self.points, Reach::Each(&reach), mark)
+            Neighbors::on_sheets(&self.points, &self.normals, Reach::Each(&reach))
         }
     }
 
@@ -154,12 +150,12 @@ pub(crate) fn share(p: V3, q: V3, n: V3, m: V3) -> f64 {
 #[inline(always)]
 pub(crate) fn doubt(p: V3, q: V3, n: V3, m: V3) -> Option<bool> {
     let c = dot(n, m);
-    if c < OPPOSING - 0.2 {
+    if c < FORGOTTEN {
         return None;
     }
     let r = sub(p, q);
     let (a, b) = (dot(r, n), dot(r, m));
-    Some(c < LEVEL + 0.5 || (a * a).min(b * b) > 0.25 * dot(r, r))
+    Some(c < DOUBTFUL || (a * a).min(b * b) > LEANING * dot(r, r))
 }
 
 /// Cosine between normals from which on down two floaters lie on different sheets.
@@ -168,6 +164,12 @@ const OPPOSING: f64 = -0.5;
 const STACKED: f64 = 0.5;
 /// The same from which on down they count less and less.
 const LEVEL: f64 = -0.25;
+/// Below this cosine two floaters will not lie on one sheet soon,
+pub(crate) const FORGOTTEN: f64 = OPPOSING - 0.2;
+/// and below this one they may cease to, as they may
+pub(crate) const DOUBTFUL: f64 = LEVEL + 0.5;
+/// where the squared cosines between the segment and both normals are larger.
+pub(crate) const LEANING: f64 = 0.25;
 
 /// Whether two floaters lie on the same sheet of the surface, as far as their normals tell. Neighbours through a thin
 /// sheet have opposing normals; those two sheets further have parallel normals and a segment along them. A floater

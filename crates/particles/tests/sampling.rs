@@ -48,7 +48,7 @@ fn check(s: &Samples, f: &Analytic, bounds: &Aabb, n: usize) {
     assert!(most > 0.0, "two samples on one spot");
 }
 
-/// Reached on all four; the task asks for .80, .92, .04 and .75.
+/// Reached on all four; the goal is .80, .92, .04 and .75.
 fn is_even(s: &Samples, name: &str) {
     let e = &s.report.evenness;
     assert!(e.rho_min >= 0.82, "{name}: rho_min {}", e.rho_min);

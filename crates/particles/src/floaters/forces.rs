@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::kernel::gauss_single;
 use crate::neighbors::{Neighbors, Reach};
 use crate::repulsion::fold;
-use crate::swarm::{doubt, share};
+use crate::swarm::share;
 use crate::vector::{V3, dot, sub};
 
 /// Energies are cut off at this many σ, .0007 of their peak: between the second and the third ring of floaters at rest, where
@@ -48,17 +48,14 @@ impl std::fmt::Debug for Kept {
 
 impl Kept {
     fn new(points: &[V3], normals: &[V3], sigma: &[f64]) -> Self {
-        let mark = |i: usize, j: usize| {
-            doubt(points[i], points[j], normals[i], normals[j]).map(|d| if d { Neighbors::MARK } else { 0 })
-        };
         let largest = sigma.iter().fold(0.0f64, |a, &b| a.max(b));
         let mean = sigma.iter().sum::<f64>() / sigma.len().max(1) as f64;
         let (reach, lists) = if largest <= ALIKE * mean {
             let reach = SKIN * CUTOFF * largest;
-            (vec![reach], Neighbors::find_marked(points, Reach::Same(reach), mark))
+            (vec![reach], Neighbors::on_sheets(points, normals, Reach::Same(reach)))
         } else {
             let reach: Vec<f64> = sigma.iter().map(|s| SKIN * CUTOFF * s).collect();
-            let lists = Neighbors::find_marked(points, Reach::Each(&reach), mark);
+            let lists = Neighbors::on_sheets(points, normals, Reach::Each(&reach));
             (reach, lists)
         };
         Self { lists: Arc::new(lists), points: points.to_vec(), reach }

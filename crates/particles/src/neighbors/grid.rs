@@ -136,6 +136,11 @@ impl Grid {
         self.at_key(self.keys[c])
     }
 
+    /// The side of a cell.
+    pub(super) fn cell(&self) -> f64 {
+        1.0 / self.inverse
+    }
+
     /// The number of cells.
     pub(super) fn len(&self) -> usize {
         self.keys.len()

@@ -1,0 +1,193 @@
+//! Neighbours on a surface with several sheets: who is near and may be on the same one.
+
+use std::ops::Range;
+
+use pulp::{Arch, NullaryFnOnce};
+use rayon::prelude::*;
+
+use super::{CELLS_PER_TASK, Grid, Neighbors, Part, Reach};
+use crate::swarm::{DOUBTFUL, FORGOTTEN, LEANING, doubt};
+use crate::vector::V3;
+
+/// Cells that are larger than so many radii, because the whole is so large, are not measured in single precision.
+const COARSE: f64 = 16.0;
+/// Not a neighbour.
+const NOBODY: u32 = u32::MAX;
+
+impl Neighbors {
+    /// All pairs within reach that may be on one sheet soon; those of which that is in doubt are marked (see [`doubt`]).
+    pub(crate) fn on_sheets(points: &[V3], normals: &[V3], reach: Reach<'_>) -> Self {
+        if let Reach::Same(radius) = reach {
+            let grid = Grid::new(points, None, radius);
+            if grid.cell() <= COARSE * radius {
+                let tasks = grid.len().div_ceil(CELLS_PER_TASK);
+                let task = |t: usize| {
+                    let cells = t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(grid.len());
+                    Arch::new().dispatch(OnSheets { grid: &grid, points, normals, radius, cells })
+                };
+                let parts: Vec<Part> = (0..tasks).into_par_iter().map(task).collect();
+                return Self::new(points.len(), parts);
+            }
+        }
+        let mark = |i: usize, j: usize| {
+            doubt(points[i], points[j], normals[i], normals[j]).map(|d| if d { Self::MARK } else { 0 })
+        };
+        Self::find_marked(points, reach, mark)
+    }
+}
+
+/// One task: the rows of all particles in some cells.
+struct OnSheets<'a> {
+    grid: &'a Grid,
+    points: &'a [V3],
+    normals: &'a [V3],
+    radius: f64,
+    cells: Range<usize>,
+}
+
+impl NullaryFnOnce for OnSheets<'_> {
+    type Output = Part;
+
+    #[inline(always)]
+    fn call(self) -> Part {
+        let Self { grid, points, normals, radius, cells } = self;
+        let mut part = Part::for_about(cells.clone().map(|c| grid.members(c).len()).sum());
+        let (mut around, per_radius) = (Around::default(), 1.0 / radius);
+        for c in cells {
+            let Some(&first) = grid.members(c).first() else { continue };
+            // Relative to one of them and in radii, so that single precision is enough.
+            let origin = points[first as usize];
+            let place = |i: u32| {
+                let p = points[i as usize];
+                [0, 1, 2].map(|a| ((p[a] - origin[a]) * per_radius) as f32)
+            };
+            around.index.clear();
+            grid.cells(grid.at(c).map(|v| v.saturating_sub(1)), grid.at(c).map(|v| v + 1), |c| {
+                around.index.extend_from_slice(grid.members(c));
+            });
+            around.gather(place, |i| normals[i as usize].map(|v| v as f32));
+            for &i in grid.members(c) {
+                around.judge(i, place(i), normals[i as usize].map(|v| v as f32));
+                part.row(i, |row| around.write(row));
+            }
+        }
+        part.done()
+    }
+}
+
+/// The particles in the cells around one cell, as columns.
+#[derive(Default)]
+struct Around {
+    index: Vec<u32>,
+    x: [Vec<f32>; 3],
+    n: [Vec<f32>; 3],
+    /// An entry of a list each, or [`NOBODY`].
+    entry: Vec<u32>,
+    plain: Vec<u32>,
+    marked: Vec<u32>,
+}
+
+impl Around {
+    #[inline(always)]
+    fn gather(&mut self, place: impl Fn(u32) -> [f32; 3], normal: impl Fn(u32) -> [f32; 3]) {
+        let m = self.index.len();
+        for column in self.x.iter_mut().chain(&mut self.n) {
+            column.resize(m, 0.0);
+        }
+        for column in [&mut self.entry, &mut self.plain, &mut self.marked] {
+            column.resize(m, 0);
+        }
+        for (k, &j) in self.index.iter().enumerate() {
+            let (x, n) = (place(j), normal(j));
+            for a in 0..3 {
+                (self.x[a][k], self.n[a][k]) = (x[a], n[a]);
+            }
+        }
+    }
+
+    /// Who of them is a neighbour of particle `own`.
+    #[inline(always)]
+    fn judge(&mut self, own: u32, p: [f32; 3], n: [f32; 3]) {
+        let count = self.index.len();
+        let (index, entry) = (&self.index[..count], &mut self.entry[..count]);
+        let [x, y, z] = [&self.x[0][..count], &self.x[1][..count], &self.x[2][..count]];
+        let [u, v, w] = [&self.n[0][..count], &self.n[1][..count], &self.n[2][..count]];
+        for k in 0..count {
+            let (dx, dy, dz) = (p[0] - x[k], p[1] - y[k], p[2] - z[k]);
+            let square = dx * dx + dy * dy + dz * dz;
+            let c = n[0] * u[k] + n[1] * v[k] + n[2] * w[k];
+            let a = dx * n[0] + dy * n[1] + dz * n[2];
+            let b = dx * u[k] + dy * v[k] + dz * w[k];
+            let (a, b) = (a * a, b * b);
+            let least = if a < b { a } else { b };
+            let doubtful = (c < DOUBTFUL as f32) | (least > LEANING as f32 * square);
+            let near = (square <= 1.0) & (c >= FORGOTTEN as f32) & (index[k] != own);
+            let mark = if doubtful { Neighbors::MARK } else { 0 };
+            entry[k] = if near { index[k] | mark } else { NOBODY };
+        }
+    }
+
+    /// Adds them to a list, marked ones last.
+    #[inline(always)]
+    fn write(&mut self, row: &mut Vec<u32>) {
+        let (mut plain, mut marked) = (0, 0);
+        for &entry in &self.entry {
+            self.plain[plain] = entry;
+            plain += usize::from(entry & Neighbors::MARK == 0);
+            self.marked[marked] = entry;
+            marked += usize::from((entry & Neighbors::MARK != 0) & (entry != NOBODY));
+        }
+        row.extend_from_slice(&self.plain[..plain]);
+        row.extend_from_slice(&self.marked[..marked]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Rng, Stream};
+
+    /// Rows of lists, sorted.
+    fn rows(lists: &Neighbors, n: usize) -> Vec<Vec<u32>> {
+        let row = |i: usize| {
+            let row = lists.of(i);
+            assert!(row.is_sorted_by_key(|e| e & Neighbors::MARK), "marked ones last");
+            let mut row = row.to_vec();
+            row.sort_unstable();
+            row
+        };
+        (0..n).map(row).collect()
+    }
+
+    #[test]
+    fn columns_in_single_precision_find_whom_pairs_find() {
+        let r = Rng::new(8, Stream::Probes);
+        for (size, at) in [(1.0, 0.0), (1e-9, 1e-9), (1e12, -1e13)] {
+            let points: Vec<V3> =
+                (0..800).map(|i| [0, 1, 2].map(|a| at + size * r.unit(3 * i + a))).collect();
+            let mut normals: Vec<V3> = (0..800).map(|i| r.direction(5000 + i, 3)).collect();
+            normals[7] = [0.0; 3];
+            let radius = 0.15 * size;
+            let mark = |i: usize, j: usize| {
+                doubt(points[i], points[j], normals[i], normals[j])
+                    .map(|d| if d { Neighbors::MARK } else { 0 })
+            };
+            let pairs = Neighbors::find_marked(&points, Reach::Same(radius), mark);
+            let found = Neighbors::on_sheets(&points, &normals, Reach::Same(radius));
+            assert_eq!(rows(&found, 800), rows(&pairs, 800), "size {size}");
+        }
+    }
+
+    #[test]
+    fn a_radius_far_below_the_extent_is_found() {
+        let r = Rng::new(8, Stream::Probes);
+        let mut points: Vec<V3> = (0..50).map(|i| [0, 1, 2].map(|a| 1e-9 * r.unit(3 * i + a))).collect();
+        points.push([1e6, 0.0, 0.0]);
+        let lists = Neighbors::on_sheets(&points, &[[0.0; 3]; 51], Reach::Same(3e-10));
+        let pairs = Neighbors::find(&points, Reach::Same(3e-10), |_, _| true);
+        let unmarked = |rows: Vec<Vec<u32>>| -> Vec<Vec<u32>> {
+            rows.into_iter().map(|row| row.iter().map(|e| e & !Neighbors::MARK).collect()).collect()
+        };
+        assert_eq!(unmarked(rows(&lists, 51)), rows(&pairs, 51));
+    }
+}
