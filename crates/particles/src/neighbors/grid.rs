@@ -60,7 +60,7 @@ impl Grid {
             .with_min_len(4096)
             .map(|i| (morton(coordinates(points[i as usize], lo, inverse)), i))
             .collect();
-        keyed.par_sort_unstable();
+        sort_by_key(&mut keyed);
         let mut keys = Vec::with_capacity(keyed.len() / 3 + 1);
         let mut start = Vec::with_capacity(keyed.len() / 3 + 2);
         for (at, (key, _)) in keyed.iter().enumerate() {
@@ -240,8 +240,41 @@ pub fn spatial_order(points: &[V3], cell: f64) -> Vec<u32> {
     let (lo, cell) = Grid::frame(points, &members, cell);
     let mut keyed: Vec<(u64, u32)> =
         members.into_iter().map(|i| (morton(coordinates(points[i as usize], lo, 1.0 / cell)), i)).collect();
-    keyed.par_sort_unstable();
+    sort_by_key(&mut keyed);
     keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Digits of so many bits are sorted at once.
+const DIGIT: u32 = 11;
+/// From so few on digits pay,
+const FEW: usize = 256;
+/// and up to so many: beyond, the second copy costs memory that matters, and threads are faster.
+const MANY: usize = 1 << 17;
+
+/// Sorts by key; equal keys by index, in whose order the pairs come.
+fn sort_by_key(keyed: &mut Vec<(u64, u32)>) {
+    debug_assert!(keyed.is_sorted_by_key(|k| k.1));
+    if !(FEW..=MANY).contains(&keyed.len()) {
+        keyed.par_sort_unstable();
+        return;
+    }
+    let bits = u64::BITS - keyed.iter().fold(0, |all, k| all | k.0).leading_zeros();
+    let mut sorted = vec![(0, 0); keyed.len()];
+    for shift in (0..bits).step_by(DIGIT as usize) {
+        let digit = |key: u64| (key >> shift) as usize & ((1 << DIGIT) - 1);
+        let mut place = [0u32; 1 << DIGIT];
+        keyed.iter().for_each(|k| place[digit(k.0)] += 1);
+        let mut before = 0;
+        for count in &mut place {
+            (*count, before) = (before, before + *count);
+        }
+        for &k in keyed.iter() {
+            let at = &mut place[digit(k.0)];
+            sorted[*at as usize] = k;
+            *at += 1;
+        }
+        std::mem::swap(keyed, &mut sorted);
+    }
 }
 
 /// Inverse of [`spread`].
@@ -283,6 +316,19 @@ mod tests {
             let mut expected: Vec<u64> = grid.keys.iter().copied().filter(inside).collect();
             expected.sort_unstable();
             assert_eq!(found, expected, "{low:?} to {high:?}");
+        }
+    }
+
+    #[test]
+    fn digits_sort_like_comparisons() {
+        let r = crate::rng::Rng::new(2, crate::rng::Stream::Probes);
+        for (n, bits) in [(300u32, 63), (5000, 20), (5000, 5), (700, 0), (10, 40)] {
+            let key = |i: u32| ((r.unit(u64::from(i)) * 2f64.powi(bits)) as u64).min((1 << bits) - 1);
+            let mut keyed: Vec<(u64, u32)> = (0..n).map(|i| (key(i), i)).collect();
+            let mut expected = keyed.clone();
+            expected.sort();
+            super::sort_by_key(&mut keyed);
+            assert_eq!(keyed, expected);
         }
     }
 
