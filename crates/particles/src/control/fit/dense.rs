@@ -4,6 +4,7 @@
 //! why JᵀJ, whose condition is the square of J's, is good enough. Every entry is summed in the order of the rows, lanes run across
 //! columns, nothing is fused: the same bits on any number of threads and at any vector width.
 
+use isoswarm_field::SparseRows;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -100,6 +101,22 @@ impl Upper {
                 }
             });
             add(&mut data, stride, &Packed { data: packed, depth }, 0, 1.0);
+        }
+        Self { size, stride, data }
+    }
+
+    /// The same of rows with few entries.
+    pub(crate) fn sparse_gram(rows: &SparseRows, c: &[f64]) -> Self {
+        let size = c.len();
+        let stride = size.div_ceil(PANEL) * PANEL;
+        let mut data = vec![0.0; stride * stride];
+        for i in 0..rows.len() {
+            for (a, v) in rows.entries_of(i) {
+                let (v, to) = (v * c[a], &mut data[a * stride..(a + 1) * stride]);
+                for (b, w) in rows.entries_of(i).filter(|e| e.0 >= a) {
+                    to[b] += v * (w * c[b]);
+                }
+            }
         }
         Self { size, stride, data }
     }

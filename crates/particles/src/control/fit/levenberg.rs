@@ -2,9 +2,10 @@
 
 use isoswarm_field::{FieldError, Parametric};
 
+use super::jacobian::{Jacobian, Linearised};
 use super::linear::{Damped, Linear, Step};
 use super::passes::{Matrix, dot};
-use super::problem::{Linearised, Problem, State};
+use super::problem::{Problem, State};
 use super::rank::rank;
 use super::{Fit, FitOptions, FitProgress, FitStatus};
 use crate::Error;
@@ -45,6 +46,7 @@ pub(crate) fn run(
     surface: &mut dyn Parametric,
     points: &[[f64; 3]],
     options: &mut FitOptions<'_>,
+    mut j: Jacobian,
 ) -> Result<Fit, Error> {
     let problem = Problem::new(points, options.values, options.weights, options.measure, options.loss);
     let state = problem.state(surface)?.map_err(|i| undefined(i, points[i]))?;
@@ -60,7 +62,6 @@ pub(crate) fn run(
         longest: vec![0.0; m],
         at_limit: Vec::new(),
     };
-    let (mut j, mut spare) = (Vec::new(), Vec::new());
     let mut iterations = 0;
     let status = loop {
         let (rms, largest, _) = run.state.summary(&run.problem);
@@ -74,16 +75,16 @@ pub(crate) fn run(
         if iterations == options.iterations {
             break FitStatus::Iterations;
         }
-        let l = run.problem.linearise(surface, &run.state, &mut j, &mut spare)?;
+        let l = run.problem.linearise(surface, &run.state, &mut j)?;
         iterations += 1;
-        if let Some(status) = run.iterate(surface, Matrix { rows: &j, width: m }, &l)? {
+        if let Some(status) = run.iterate(surface, j.matrix(), &l)? {
             break status;
         }
     };
-    if j.is_empty() {
-        run.problem.linearise(surface, &run.state, &mut j, &mut spare)?;
+    if iterations == 0 {
+        run.problem.linearise(surface, &run.state, &mut j)?;
     }
-    let matrix = Matrix { rows: &j, width: m };
+    let matrix = j.matrix();
     let scale: Vec<f64> =
         matrix.squares().iter().map(|v| if *v > 0.0 { 1.0 / v.sqrt() } else { 0.0 }).collect();
     let rank = rank(matrix, &scale, options.rank_tolerance);
@@ -100,7 +101,7 @@ impl Run<'_> {
         j: Matrix<'_>,
         l: &Linearised,
     ) -> Result<Option<FitStatus>, Error> {
-        let m = j.width;
+        let m = j.width();
         let lengths: Vec<f64> = j.squares().iter().map(|v| v.sqrt()).collect();
         if let Some(k) = lengths.iter().position(|v| !v.is_finite()) {
             return Err(Error::Field(FieldError::Invalid(format!(

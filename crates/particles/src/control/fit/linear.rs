@@ -7,12 +7,13 @@
 use super::dense::Upper;
 use super::passes::{Matrix, dot};
 
-/// Largest number of columns for which JᵀJ is formed.
-const WIDEST: usize = 4096;
-/// Part of the gradient that may remain.
-const REMAINDER: f64 = 1e-13;
-/// Iterations with and without the factor.
-const ITERATIONS: (usize, usize) = (40, 400);
+/// Largest number of columns for which JᵀJ is formed; and where rows have few entries, so that passes over J cost little
+/// beside a factorisation.
+pub(super) const WIDEST: usize = 4096;
+const WIDEST_SPARSE: usize = 1024;
+/// Part of the gradient that may remain, and iterations, with and without the factor: without it steps are rough, and more of them do it.
+const WITH: (f64, usize) = (1e-13, 40);
+const WITHOUT: (f64, usize) = (1e-3, 400);
 
 /// J with scaled columns.
 pub(crate) struct Linear<'a> {
@@ -33,7 +34,10 @@ pub(crate) struct Step {
 
 impl<'a> Linear<'a> {
     pub(crate) fn new(j: Matrix<'a>, scale: &'a [f64]) -> Self {
-        let gram = (j.width <= WIDEST).then(|| Upper::gram(j.rows, scale));
+        let gram = match j {
+            Matrix::Dense { rows, width } => (width <= WIDEST).then(|| Upper::gram(rows, scale)),
+            Matrix::Sparse(rows) => (rows.width() <= WIDEST_SPARSE).then(|| Upper::sparse_gram(rows, scale)),
+        };
         Self { j, scale, gram }
     }
 
@@ -90,9 +94,9 @@ impl Damped<'_> {
         };
         let mut h = precondition(&r);
         let mut gamma = dot(&r, &h);
-        let enough = REMAINDER * REMAINDER * gamma;
+        let (remainder, most) = if self.factor.is_some() { WITH } else { WITHOUT };
+        let enough = remainder * remainder * gamma;
         let mut p = h.clone();
-        let most = if self.factor.is_some() { ITERATIONS.0 } else { ITERATIONS.1 };
         for _ in 0..most {
             if !(gamma > enough && gamma.is_finite()) {
                 break;
@@ -151,7 +155,7 @@ mod tests {
         let f = random(n, 2);
         let scale = vec![1.0 / (n as f64).sqrt(); m];
         let scaled: Vec<f64> = j.iter().map(|v| v * scale[0]).collect();
-        let linear = Linear::new(Matrix { rows: &j, width: m }, &scale);
+        let linear = Linear::new(Matrix::Dense { rows: &j, width: m }, &scale);
         let step = linear.damped(damping, &vec![false; m]).solve(&linear.transposed(&f));
         let expected = direct(&scaled, m, &f, damping);
         let size = expected.iter().fold(0.0f64, |a, v| a.max(v.abs()));
@@ -176,7 +180,7 @@ mod tests {
     fn what_is_held_stays() {
         let (n, m) = (40, 12);
         let (j, f, scale) = (random(n * m, 3), random(n, 4), vec![0.3; m]);
-        let linear = Linear::new(Matrix { rows: &j, width: m }, &scale);
+        let linear = Linear::new(Matrix::Dense { rows: &j, width: m }, &scale);
         let held: Vec<bool> = (0..m).map(|k| k % 3 == 0).collect();
         let step = linear.damped(1e-12, &held).solve(&linear.transposed(&f));
         assert!((0..m).filter(|&k| held[k]).all(|k| step.z[k] == 0.0));

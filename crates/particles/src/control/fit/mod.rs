@@ -3,6 +3,7 @@
 //! Least squares in distances, by Levenberg and Marquardt's method: see `docs/theory/fits.md`.
 
 mod dense;
+mod jacobian;
 mod levenberg;
 mod linear;
 mod loss;
@@ -17,6 +18,7 @@ use std::ops::ControlFlow;
 use isoswarm_field::Parametric;
 
 use crate::Error;
+use jacobian::Jacobian;
 pub use loss::Loss;
 
 /// How far a point is from where F has the value it should have.
@@ -137,7 +139,8 @@ pub struct Fit {
     pub residuals: Vec<f64>,
     /// Number of points that were left out at the end: weight 0, or no gradient.
     pub skipped: usize,
-    /// Number of parameters, or combinations of them, that the points determine; at most the freedom.
+    /// Number of parameters, or combinations of them, that the points determine; at most the freedom. Of large local models, with more
+    /// than 2^26 points times parameters, the parameters that have an effect on points are counted.
     pub rank: usize,
     /// Number of free parameters.
     pub freedom: usize,
@@ -163,9 +166,12 @@ pub fn fit(
     points: &[[f64; 3]],
     mut options: FitOptions<'_>,
 ) -> Result<Fit, Error> {
-    check(surface, points, &options)?;
+    check(points, &options)?;
+    let part = jacobian::local_part(surface, points)?;
+    check_size(surface, points, part)?;
     let before = surface.q();
-    let result = levenberg::run(surface, points, &mut options);
+    let jacobian = Jacobian::new(surface, part.is_some());
+    let result = levenberg::run(surface, points, &mut options, jacobian);
     if result.is_err() {
         surface.set_q(&before)?;
     }
@@ -182,19 +188,21 @@ pub fn fit_residuals(
     points: &[[f64; 3]],
     options: &FitOptions<'_>,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
-    check(surface, points, options)?;
+    check(points, options)?;
+    check_size(surface, points, None)?;
     let o = options;
     let problem = problem::Problem::new(points, o.values, o.weights, o.measure, o.loss);
     let state = problem.state(surface)?.map_err(|i| levenberg::undefined(i, points[i]))?;
-    let mut j = Vec::new();
-    let linearised = problem.linearise(surface, &state, &mut j, &mut Vec::new())?;
-    Ok((linearised.f, j))
+    let mut jacobian = Jacobian::new(surface, false);
+    let f = problem.linearise(surface, &state, &mut jacobian)?.f;
+    let Jacobian::All { j, .. } = jacobian else { unreachable!("made above") };
+    Ok((f, j))
 }
 
 /// Largest number of derivatives held at a time.
 const MOST: usize = 1 << 28;
 
-fn check(surface: &dyn Parametric, points: &[[f64; 3]], o: &FitOptions<'_>) -> Result<(), Error> {
+fn check(points: &[[f64; 3]], o: &FitOptions<'_>) -> Result<(), Error> {
     let wrong =
         |name, expected: &str, given: String| Err(Error::Option { name, expected: expected.into(), given });
     let n = points.len();
@@ -232,13 +240,18 @@ fn check(surface: &dyn Parametric, points: &[[f64; 3]], o: &FitOptions<'_>) -> R
     if !(o.damping > 0.0 && o.damping.is_finite()) {
         return wrong("damping", "a number above 0", o.damping.to_string());
     }
-    if n.saturating_mul(surface.freedom()) > MOST {
-        let given = format!("{n} points and {} parameters", surface.freedom());
-        return wrong(
-            "points",
-            "at most 2^28 derivatives (points × free parameters)",
-            given + "; take fewer points",
-        );
-    }
     Ok(())
+}
+
+/// Whether derivatives fit in memory: those that are other than nothing where the model is local (`part` of all).
+fn check_size(surface: &dyn Parametric, points: &[[f64; 3]], part: Option<f64>) -> Result<(), Error> {
+    let (n, m) = (points.len(), surface.freedom());
+    if n as f64 * m as f64 * part.unwrap_or(1.0) <= MOST as f64 {
+        return Ok(());
+    }
+    Err(Error::Option {
+        name: "points",
+        expected: "at most 2^28 derivatives (points × free parameters that matter near them)".into(),
+        given: format!("{n} points and {m} parameters; take fewer points"),
+    })
 }

@@ -1,5 +1,6 @@
 //! Products with J and Jᵀ, the rows read once each: sums in a fixed number of parts and a fixed order.
 
+use isoswarm_field::SparseRows;
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -12,11 +13,13 @@ const ROWS: usize = 32;
 /// Numbers in J from which threads pay.
 const PARALLEL: usize = 1 << 15;
 
-/// A row-major matrix.
+/// The derivatives of the residuals, one row a point.
 #[derive(Clone, Copy)]
-pub(crate) struct Matrix<'a> {
-    pub(crate) rows: &'a [f64],
-    pub(crate) width: usize,
+pub(crate) enum Matrix<'a> {
+    /// All entries, row-major.
+    Dense { rows: &'a [f64], width: usize },
+    /// Those of the few parameters that matter near each point.
+    Sparse(&'a SparseRows),
 }
 
 /// What is done with each row.
@@ -32,11 +35,12 @@ enum Pass {
     Squares,
 }
 
-/// Some of the rows.
+/// Some of the rows: `count` from `first` on.
 struct Part<'a> {
     pass: Pass,
-    rows: &'a [f64],
-    width: usize,
+    matrix: Matrix<'a>,
+    first: usize,
+    count: usize,
     /// p, or the part of u.
     input: &'a [f64],
     w: &'a mut [f64],
@@ -55,20 +59,38 @@ impl pulp::NullaryFnOnce for Part<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let Part { pass, rows, width, input, w, out } = self;
-        let rows = rows.chunks_exact(width);
-        match pass {
-            Pass::Forward => rows.zip(w).for_each(|(row, w)| *w = dot(row, input)),
-            Pass::Backward => rows.zip(input).for_each(|(row, u)| axpy(out, *u, row)),
-            Pass::Both => rows.zip(w).for_each(|(row, w)| {
-                *w = dot(row, input);
-                axpy(out, *w, row);
-            }),
-            Pass::Squares => rows.for_each(|row| {
-                for (o, r) in out.iter_mut().zip(row) {
-                    *o += r * r;
+        let Part { pass, matrix, first, count, input, w, out } = self;
+        match matrix {
+            Matrix::Dense { rows, width } => {
+                let rows = rows[first * width..(first + count) * width].chunks_exact(width);
+                match pass {
+                    Pass::Forward => rows.zip(w).for_each(|(row, w)| *w = dot(row, input)),
+                    Pass::Backward => rows.zip(input).for_each(|(row, u)| axpy(out, *u, row)),
+                    Pass::Both => rows.zip(w).for_each(|(row, w)| {
+                        *w = dot(row, input);
+                        axpy(out, *w, row);
+                    }),
+                    Pass::Squares => rows.for_each(|row| {
+                        for (o, r) in out.iter_mut().zip(row) {
+                            *o += r * r;
+                        }
+                    }),
                 }
-            }),
+            }
+            Matrix::Sparse(rows) => {
+                for k in 0..count {
+                    let entries = || rows.entries_of(first + k);
+                    match pass {
+                        Pass::Forward => w[k] = entries().map(|(j, v)| v * input[j]).sum(),
+                        Pass::Backward => entries().for_each(|(j, v)| out[j] += v * input[k]),
+                        Pass::Both => {
+                            w[k] = entries().map(|(j, v)| v * input[j]).sum();
+                            entries().for_each(|(j, v)| out[j] += v * w[k]);
+                        }
+                        Pass::Squares => entries().for_each(|(j, v)| out[j] += v * v),
+                    }
+                }
+            }
         }
     }
 }
@@ -76,7 +98,26 @@ impl pulp::NullaryFnOnce for Part<'_> {
 impl Matrix<'_> {
     /// Number of rows.
     pub(crate) fn count(&self) -> usize {
-        self.rows.len() / self.width.max(1)
+        match self {
+            Matrix::Dense { rows, width } => rows.len() / (*width).max(1),
+            Matrix::Sparse(rows) => rows.len(),
+        }
+    }
+
+    /// Number of columns.
+    pub(crate) fn width(&self) -> usize {
+        match self {
+            Matrix::Dense { width, .. } => *width,
+            Matrix::Sparse(rows) => rows.width(),
+        }
+    }
+
+    /// Number of entries that are held.
+    pub(crate) fn entries(&self) -> usize {
+        match self {
+            Matrix::Dense { rows, .. } => rows.len(),
+            Matrix::Sparse(rows) => rows.entries(),
+        }
     }
 
     /// J p
@@ -105,27 +146,26 @@ impl Matrix<'_> {
 
     /// Runs the pass over all parts; the sums of the columns where it makes them.
     fn run(&self, pass: Pass, input: &[f64], w: &mut [f64]) -> Vec<f64> {
-        let width = self.width;
-        if width == 0 || self.rows.is_empty() {
+        let (rows, width) = (self.count(), self.width());
+        if width == 0 || rows == 0 {
             return vec![0.0; width];
         }
-        let some = self.count().div_ceil(PARTS).max(ROWS);
-        let count = self.count().div_ceil(some);
+        let some = rows.div_ceil(PARTS).max(ROWS);
         let length = if pass == Pass::Forward { 0 } else { width };
-        let mut sums = vec![0.0; count * length];
-        let mut parts = Vec::with_capacity(count);
+        let mut sums = vec![0.0; rows.div_ceil(some) * length];
+        let mut parts = Vec::with_capacity(PARTS);
         let (mut rest_w, mut rest_sums) = (w, &mut sums[..]);
-        for (i, rows) in self.rows.chunks(some * width).enumerate() {
-            let n = rows.len() / width;
+        for first in (0..rows).step_by(some) {
+            let count = some.min(rows - first);
             let w_left = rest_w.len();
-            let (own, later) = std::mem::take(&mut rest_w).split_at_mut(n.min(w_left));
+            let (own, later) = std::mem::take(&mut rest_w).split_at_mut(count.min(w_left));
             let (out, further) = std::mem::take(&mut rest_sums).split_at_mut(length);
             (rest_w, rest_sums) = (later, further);
-            let input = if pass == Pass::Backward { &input[i * some..i * some + n] } else { input };
-            parts.push(Part { pass, rows, width, input, w: own, out });
+            let input = if pass == Pass::Backward { &input[first..first + count] } else { input };
+            parts.push(Part { pass, matrix: *self, first, count, input, w: own, out });
         }
         let arch = Arch::new();
-        if self.rows.len() < PARALLEL {
+        if self.entries() < PARALLEL {
             parts.into_iter().for_each(|p| arch.dispatch(p));
         } else {
             parts.into_par_iter().for_each(|p| arch.dispatch(p));
