@@ -404,16 +404,21 @@ pub(crate) fn reverse_uniforms<const B: usize>(
         }
         let g = sink.rows[sink.row_of[i] as usize];
         let [a, b, _] = args.map(|s| values[s as usize]);
-        for k in (0..op.arity()).filter(|&k| !is_flat(op, k)) {
-            if sink.wants(args[k]) {
-                // The same factor for the whole block, unless it is beyond all numbers.
-                let slope = pull(op, k, 1.0, a, b, values[i]);
-                if slope.is_finite() {
-                    sink.add(args[k], |j| g[j] * slope);
-                } else {
-                    sink.add(args[k], |j| pull(op, k, g[j], a, b, values[i]));
+        let r = values[i];
+        // One copy for each operation: to choose it again for every point of the block costs more than the sums.
+        macro_rules! run {
+            ($op:expr) => {{
+                if const { !is_flat($op, 0) } && sink.wants(args[0]) {
+                    sink.add(args[0], |j| pull($op, 0, g[j], a, b, r));
                 }
-            }
+                if const { $op.arity() >= 2 && !is_flat($op, 1) } && sink.wants(args[1]) {
+                    sink.add(args[1], |j| pull($op, 1, g[j], a, b, r));
+                }
+                if const { $op.arity() == 3 && !is_flat($op, 2) } && sink.wants(args[2]) {
+                    sink.add(args[2], |j| pull($op, 2, g[j], a, b, r));
+                }
+            }};
         }
+        dispatch!(op, run);
     }
 }
