@@ -1,5 +1,7 @@
 //! Guesses what a misspelt name was meant to be.
 
+use crate::arrange::Arrange;
+
 /// Number of letters to insert, delete, replace or swap (with the next) to turn `a` into `b`.
 fn distance(a: &[char], b: &[char]) -> usize {
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
@@ -33,7 +35,7 @@ pub(crate) fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a str>) -
         })
         .filter(|(d, k)| *d <= most && *d < k.chars().count())
         .collect();
-    best.sort();
+    best.arrange();
     best.dedup();
     let nearest = best.first().map_or(0, |b| b.0);
     best.retain(|b| b.0 == nearest);
