@@ -3,6 +3,8 @@
 
 use std::cmp::Ordering;
 
+use rayon::prelude::*;
+
 use crate::SMALL;
 
 /// Slices that can be put in order.
@@ -11,6 +13,11 @@ pub trait Arrange<T> {
     fn arrange(&mut self)
     where
         T: Ord;
+
+    /// In this order, by all threads. Items that compare as equal must be the same.
+    fn arrange_together(&mut self, order: impl Fn(&T, &T) -> Ordering + Sync)
+    where
+        T: Send;
 
     /// In this order; items that compare as equal stay in theirs.
     fn arrange_by(&mut self, order: impl FnMut(&T, &T) -> Ordering);
@@ -27,6 +34,13 @@ impl<T> Arrange<T> for [T] {
         T: Ord,
     {
         if SMALL { small(self, &mut T::cmp) } else { self.sort_unstable() }
+    }
+
+    fn arrange_together(&mut self, order: impl Fn(&T, &T) -> Ordering + Sync)
+    where
+        T: Send,
+    {
+        if SMALL { small(self, &mut |a, b| order(a, b)) } else { self.par_sort_unstable_by(order) }
     }
 
     fn arrange_by(&mut self, mut order: impl FnMut(&T, &T) -> Ordering) {

@@ -166,18 +166,15 @@ impl<'a> Rows<'a> {
 /// Evaluates the program at all points of the batch, on this thread. `Want::Parameters` needs a program for
 /// everything, `Want::Rate` too.
 pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut [f64], want: Want) {
+    if SMALL {
+        return run_once(program, uniforms, batch, value, want);
+    }
     let n = batch.len();
     if n == 0 {
         return;
     }
-    let rows = if let Want::Parameters { rows, .. } = &want { rows.count } else { 0 };
-    let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
+    let lines = lines(program, batch, &want);
     let arch = Arch::new();
-    if SMALL {
-        return with_scratch(lines * BLOCK, |scratch| {
-            arch.dispatch(RunAny { program, uniforms, batch, value, want, scratch });
-        });
-    }
     match want {
         Want::Value | Want::Gradient { .. } | Want::Rate { .. } | Want::Parameters { .. } if n <= FEW => {
             with_scratch(lines * FEW, |scratch| {
@@ -191,6 +188,19 @@ pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut
             arch.dispatch(Run::<BLOCK, true> { program, uniforms, batch, value, want, scratch });
         }),
     }
+}
+
+/// The same by the one loop for everything.
+fn run_once(program: &Program, uniforms: &[f64], batch: Batch, value: &mut [f64], want: Want) {
+    with_scratch(lines(program, batch, &want) * BLOCK, |scratch| {
+        Arch::new().dispatch(RunAny { program, uniforms, batch, value, want, scratch });
+    });
+}
+
+/// Blocks of working memory.
+fn lines(program: &Program, batch: Batch, want: &Want) -> usize {
+    let rows = if let Want::Parameters { rows, .. } = want { rows.count } else { 0 };
+    MAX_AXES + batch.leaves + program.values + program.adjoints + rows
 }
 
 /// The loop over blocks; `Q`: with derivatives with respect to parameters.
@@ -495,3 +505,6 @@ fn hessian_by<const B: usize>(program: &Program, uniforms: &[f64], batch: Batch,
 fn dual(v: f64) -> Dual<f64> {
     Dual { v, d: [0.0; 3] }
 }
+
+#[cfg(test)]
+mod tests;

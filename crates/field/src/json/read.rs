@@ -127,7 +127,7 @@ fn node(
         (PayloadKind::Callback, r.function.is_some()),
     ];
     if let Some((extra, _)) = given.iter().find(|(p, present)| *present && *p != k.payload) {
-        return invalid(format!("it has no place for {extra:?}").to_lowercase());
+        return invalid(format!("it has no place for {extra:?}").to_ascii_lowercase());
     }
     let payload = match k.payload {
         PayloadKind::None => Some(Payload::None),
@@ -144,7 +144,7 @@ fn node(
         PayloadKind::Callback => r.function.and_then(|name| functions(&name)).map(Payload::Callback),
     };
     let Some(payload) = payload else {
-        return invalid(format!("{:?} is missing", k.payload).to_lowercase());
+        return invalid(format!("{:?} is missing", k.payload).to_ascii_lowercase());
     };
     let params: Result<Vec<Param>, _> =
         r.params.into_iter().enumerate().map(|(i, p)| param(k, i, p, models)).collect();

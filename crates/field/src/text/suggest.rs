@@ -26,11 +26,11 @@ fn distance(a: &[char], b: &[char]) -> usize {
 
 /// `; did you mean …?` with the nearest of the known names, or nothing where none is near.
 pub(crate) fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let wanted: Vec<char> = name.chars().take(64).flat_map(char::to_lowercase).collect();
+    let wanted: Vec<char> = name.chars().take(64).map(|c| c.to_ascii_lowercase()).collect();
     let most = 1 + wanted.len() / 4;
     let mut best: Vec<(usize, &str)> = known
         .map(|k| {
-            let letters: Vec<char> = k.chars().take(64).flat_map(char::to_lowercase).collect();
+            let letters: Vec<char> = k.chars().take(64).map(|c| c.to_ascii_lowercase()).collect();
             (distance(&wanted, &letters), k)
         })
         .filter(|(d, k)| *d <= most && *d < k.chars().count())
