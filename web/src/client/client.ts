@@ -1,7 +1,7 @@
 /** A scene in a worker, kept safe outside it. */
 import { CoreError } from './failure.js';
 import { Latest } from './latest.js';
-import { cancelled, Link, type RequestOptions, type Transport } from './link.js';
+import { cancelled, Link, notLoaded, type RequestOptions, type Transport } from './link.js';
 import { Player, type PlayOptions } from './player.js';
 import { inForce } from './tail.js';
 import type {
@@ -336,7 +336,9 @@ export class Client {
   /** A worker for a long job. */
   async #worker(): Promise<Link> {
     const { spawn, memoryLimit } = this.#options;
-    const wasm = await this.#getFull();
+    const wasm = await this.#getFull().catch((error: unknown) => {
+      throw new CoreError(notLoaded(error));
+    });
     return new Link(spawn(), wasm, null, memoryLimit, () => undefined);
   }
 

@@ -1,6 +1,6 @@
 /** The worker's side: carries requests out, one after the other. Knows nothing of how messages travel. */
 import type { ColumnName, Failure, FromWorker, Input, Output, RequestName, ToWorker, Wasm } from './protocol.js';
-import { failureOf } from './failure.js';
+import { failureOf, isFailure } from './failure.js';
 import { loadCore, loadFull, type Core, type FullCore, type FullModule, type Module } from './core.js';
 
 /** Milliseconds between two reports of progress. */
@@ -22,7 +22,7 @@ export class Host {
   /** Triangles that follow the floaters. */
   #live: InstanceType<FullModule['Live']> | null = null;
   #limit = 0;
-  #given: (wasm: Wasm) => void = () => undefined;
+  #given: (wasm: Wasm | Failure) => void = () => undefined;
   #cancel: Int32Array | null = null;
   #dead: Failure | null = null;
   #queue: Promise<void> = Promise.resolve();
@@ -75,10 +75,11 @@ export class Host {
 
   /** The module that has meshes and files. */
   #getFull(): Promise<FullModule> {
-    this.#full ??= new Promise<Wasm>(resolve => {
-      this.#given = resolve;
+    this.#full ??= new Promise<Wasm>((resolve, reject) => {
+      this.#given = wasm => (isFailure(wasm) ? reject(wasm) : resolve(wasm));
       this.post({ type: 'wants' }, []);
     }).then(wasm => loadFull(wasm, this.#limit));
+    this.#full.catch(() => (this.#full = null));
     return this.#full;
   }
 

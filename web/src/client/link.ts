@@ -104,12 +104,8 @@ export class Link {
   }
 
   async #send(full: (() => Promise<Wasm>) | null): Promise<void> {
-    if (!full) return;
-    try {
-      this.transport.post({ type: 'full', wasm: await full() }, []);
-    } catch (error) {
-      this.#break({ kind: 'stopped', message: `The core could not be loaded: ${String(error)}` });
-    }
+    const wasm = await full?.().catch((error: unknown) => notLoaded(error));
+    if (wasm && !this.#ended) this.transport.post({ type: 'full', wasm }, []);
   }
 
   #receive(message: Exclude<FromWorker, { type: 'ready' | 'wants' }>): void {
@@ -130,6 +126,12 @@ export class Link {
     this.end(failure);
     this.broken(failure);
   }
+}
+
+/** What is said where the module that has meshes and files cannot be fetched: the scene goes on without. */
+export function notLoaded(error: unknown): Failure {
+  const reason = error instanceof Error ? error.message : String(error);
+  return { kind: 'input', message: `Meshes and files could not be loaded: ${reason}` };
 }
 
 export function cancelled(): Failure {

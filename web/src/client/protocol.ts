@@ -312,8 +312,8 @@ export type Wasm = WebAssembly.Module | BufferSource | string;
 export type ToWorker =
   /** `full`: whether the module has meshes and files too. */
   | { type: 'start'; wasm: Wasm; full: boolean; memoryLimit: number; cancel?: SharedArrayBuffer }
-  /** The module that has them, once it was asked for. */
-  | { type: 'full'; wasm: Wasm }
+  /** The module that has them, once it was asked for, or why there is none. */
+  | { type: 'full'; wasm: Wasm | Failure }
   | { type: 'request'; id: number; name: RequestName; input: unknown };
 
 /** From the worker. */
