@@ -5,6 +5,7 @@ import { defineConfig } from 'rolldown';
 const PLACES = [
   ["'./worker.ts'", "'./worker.js'"],
   ["'../../wasm/pkg/core_bg.wasm'", "'./core.wasm'"],
+  ["'../../wasm/pkg/full_bg.wasm'", "'./full.wasm'"],
 ];
 
 /** The npm package: dist/client. */
@@ -26,7 +27,7 @@ export default defineConfig({
         return { code: PLACES.reduce((text, [from, to]) => text.replaceAll(from, to), code), map: null };
       },
       writeBundle() {
-        copyFileSync('wasm/pkg/core_bg.wasm', 'dist/client/core.wasm');
+        for (const name of ['core', 'full']) copyFileSync(`wasm/pkg/${name}_bg.wasm`, `dist/client/${name}.wasm`);
       },
     },
   ],

@@ -4,6 +4,7 @@
 use rustc_hash::FxHashMap;
 
 use crate::MAX_AXES;
+use crate::arrange::Arrange;
 use crate::op::Op;
 use crate::program::{Program, Purpose};
 use crate::tape::{Code, Instr, Mode, Tape, Uniform};
@@ -160,7 +161,7 @@ impl<'a> Closer<'a> {
                 }
             }
         }
-        self.needed.sort_unstable();
+        self.needed.arrange();
     }
 }
 

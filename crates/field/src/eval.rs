@@ -2,6 +2,7 @@
 //! reverse. Lanes run across points and never mix, so that a result depends neither on the block's size nor on
 //! the width of the machine's vectors.
 
+use crate::SMALL;
 use crate::op::{Op, apply, is_flat, pull};
 use crate::program::{Back, Program};
 use crate::scalar::Scalar;
@@ -190,6 +191,46 @@ impl<V: Scalar, const B: usize> Sink<V, B> for Full<'_, V, B> {
     }
 }
 
+/// All that derivatives may be wanted for, told apart as the sweep runs: one copy of its loops serves all.
+pub(crate) struct Any<'a, const B: usize> {
+    /// For [`Directional`].
+    pub rates: &'a [f64],
+    pub total: [f64; B],
+    /// Instead of it, where there is one.
+    pub full: Option<Full<'a, f64, B>>,
+}
+
+impl<const B: usize> Any<'_, B> {
+    #[inline(never)]
+    fn take(&mut self, uniform: u32, block: &[f64; B]) {
+        match &mut self.full {
+            Some(full) => full.add(uniform, |j| block[j]),
+            None => {
+                let r = self.rates[uniform as usize];
+                for j in 0..B {
+                    self.total[j] += r * block[j];
+                }
+            }
+        }
+    }
+}
+
+impl<const B: usize> Sink<f64, B> for Any<'_, B> {
+    #[inline(always)]
+    fn wants(&self, uniform: u32) -> bool {
+        match &self.full {
+            Some(full) => full.wants(uniform),
+            None => self.rates.get(uniform as usize).is_some_and(|r| *r != 0.0),
+        }
+    }
+    #[inline(always)]
+    fn add(&mut self, uniform: u32, contribution: impl Fn(usize) -> f64) {
+        let mut block = [0.0; B];
+        map::<f64, B>(&mut block, contribution);
+        self.take(uniform, &block);
+    }
+}
+
 /// Which adjoints of a block are worth computing.
 pub(crate) trait Reach<V, const B: usize> {
     /// Whether anything has arrived in this register of adjoints.
@@ -291,19 +332,31 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>, R: Reach<V, B>>(
                 macro_rules! run {
                     ($op:expr) => {{
                         if const { $op.arity() == 3 } {
-                            operand::<V, B, { $op.is_slow() }, R>(back, 2, adjoints, reach, |g, j| {
-                                pull($op, 2, g, va[j], vb[j], r[j])
-                            });
+                            operand::<V, B, { SMALL || $op.is_slow() }, R>(
+                                back,
+                                2,
+                                adjoints,
+                                reach,
+                                |g, j| pull($op, 2, g, va[j], vb[j], r[j]),
+                            );
                         }
                         if const { $op.arity() >= 2 && !is_flat($op, 1) } {
-                            operand::<V, B, { $op.is_slow() }, R>(back, 1, adjoints, reach, |g, j| {
-                                pull($op, 1, g, va[j], vb[j], r[j])
-                            });
+                            operand::<V, B, { SMALL || $op.is_slow() }, R>(
+                                back,
+                                1,
+                                adjoints,
+                                reach,
+                                |g, j| pull($op, 1, g, va[j], vb[j], r[j]),
+                            );
                         }
                         if const { !is_flat($op, 0) } {
-                            operand::<V, B, { $op.is_slow() }, R>(back, 0, adjoints, reach, |g, j| {
-                                pull($op, 0, g, va[j], vb[j], r[j])
-                            });
+                            operand::<V, B, { SMALL || $op.is_slow() }, R>(
+                                back,
+                                0,
+                                adjoints,
+                                reach,
+                                |g, j| pull($op, 0, g, va[j], vb[j], r[j]),
+                            );
                         }
                     }};
                 }
@@ -318,9 +371,13 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>, R: Reach<V, B>>(
                                 let g = &adjoints[back.adjoint as usize];
                                 sink.add(b, |j| pull($op, 1, g[j], va[j], vb, r[j]));
                             }
-                            operand::<V, B, { $op.is_slow() }, R>(back, 0, adjoints, reach, |g, j| {
-                                pull($op, 0, g, va[j], vb, r[j])
-                            });
+                            operand::<V, B, { SMALL || $op.is_slow() }, R>(
+                                back,
+                                0,
+                                adjoints,
+                                reach,
+                                |g, j| pull($op, 0, g, va[j], vb, r[j]),
+                            );
                         }
                     };
                 }
@@ -335,9 +392,13 @@ pub(crate) fn reverse<V: Scalar, const B: usize, S: Sink<V, B>, R: Reach<V, B>>(
                                 let g = &adjoints[back.adjoint as usize];
                                 sink.add(a, |j| pull($op, 0, g[j], va, vb[j], r[j]));
                             }
-                            operand::<V, B, { $op.is_slow() }, R>(back, 1, adjoints, reach, |g, j| {
-                                pull($op, 1, g, va, vb[j], r[j])
-                            });
+                            operand::<V, B, { SMALL || $op.is_slow() }, R>(
+                                back,
+                                1,
+                                adjoints,
+                                reach,
+                                |g, j| pull($op, 1, g, va, vb[j], r[j]),
+                            );
                         }
                     };
                 }
@@ -375,6 +436,9 @@ fn operand<V: Scalar, const B: usize, const SLOW: bool, R: Reach<V, B>>(
     if SLOW {
         let mut sum = [V::from_f64(0.0); B];
         map::<V, B>(&mut sum, |j| contribution(g[j], j));
+        if SMALL {
+            return deposit(target, &sum, fresh);
+        }
         if !fresh {
             for j in 0..B {
                 sum[j] = target[j] + sum[j];
@@ -387,6 +451,14 @@ fn operand<V: Scalar, const B: usize, const SLOW: bool, R: Reach<V, B>>(
         for j in 0..B {
             target[j] = target[j] + contribution(g[j], j);
         }
+    }
+}
+
+/// Writes a block of contributions, or adds it.
+#[inline(never)]
+fn deposit<V: Scalar, const B: usize>(target: &mut [V; B], sum: &[V; B], fresh: bool) {
+    for j in 0..B {
+        target[j] = if fresh { sum[j] } else { target[j] + sum[j] };
     }
 }
 

@@ -19,37 +19,37 @@ pub struct Interval {
 }
 
 /// At least one unit in the last place, without a branch: several boxes are evaluated side by side.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn step(v: f64) -> f64 {
     let e = v.abs() * f64::EPSILON + f64::from_bits(1);
     if v.is_finite() { e } else { 0.0 }
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn down(v: f64) -> f64 {
     v - step(v)
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn up(v: f64) -> f64 {
     v + step(v)
 }
 
 /// The smaller of two numbers that are not NaN, as one instruction.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn least(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
 /// The larger of two numbers that are not NaN, as one instruction.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn largest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// The range of a monotone function, given its computed values at the ends and a bound on their error (the
 /// `*_ULPS` of [`math`]). The slack is twice that: the value computed at a point inside may be wrong the other way.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn widen(lo: f64, hi: f64, ulps: f64) -> Interval {
     let slack = |v: f64| 2.0 * ulps * (v.abs() * f64::EPSILON + f64::from_bits(1));
     // An infinite value stands for a finite one that is too large.
@@ -66,7 +66,7 @@ fn reduction_slack(size: f64) -> f64 {
 }
 
 /// `v`, or the largest number of its sign if it is infinite, unless it is `allowed`.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn finite_or(v: f64, allowed: f64) -> f64 {
     if v.is_infinite() && v != allowed { v.signum() * f64::MAX } else { v }
 }
@@ -84,7 +84,7 @@ impl Interval {
     }
 
     /// The interval, or everything if an end is not a number.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn checked(lo: f64, hi: f64) -> Self {
         if lo <= hi { Self { lo, hi } } else { Self::ENTIRE }
     }
@@ -95,19 +95,19 @@ impl Interval {
     }
 
     /// Whether 0 lies inside.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub fn has_zero(&self) -> bool {
         self.lo <= 0.0 && 0.0 <= self.hi
     }
 
     /// The smallest interval around both.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub fn hull(self, b: Self) -> Self {
         Self { lo: self.lo.min(b.lo), hi: self.hi.max(b.hi) }
     }
 
     /// The largest absolute value inside.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub fn magnitude(self) -> f64 {
         self.lo.abs().max(self.hi.abs())
     }
@@ -153,7 +153,7 @@ impl Interval {
 
 impl Add for Interval {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn add(self, b: Self) -> Self {
         Self::checked(down(self.lo + b.lo), up(self.hi + b.hi))
     }
@@ -161,7 +161,7 @@ impl Add for Interval {
 
 impl Sub for Interval {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn sub(self, b: Self) -> Self {
         Self::checked(down(self.lo - b.hi), up(self.hi - b.lo))
     }
@@ -169,7 +169,7 @@ impl Sub for Interval {
 
 impl Neg for Interval {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn neg(self) -> Self {
         Self { lo: -self.hi, hi: -self.lo }
     }
@@ -177,7 +177,7 @@ impl Neg for Interval {
 
 impl Mul for Interval {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn mul(self, b: Self) -> Self {
         // Without branches: several intervals are multiplied side by side.
         let zero = ((self.lo == 0.0) & (self.hi == 0.0)) | ((b.lo == 0.0) & (b.hi == 0.0));
@@ -193,7 +193,7 @@ impl Mul for Interval {
 
 impl Div for Interval {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn div(self, b: Self) -> Self {
         if b.has_zero() {
             return Self::ENTIRE;
@@ -209,11 +209,11 @@ impl Div for Interval {
 }
 
 impl Scalar for Interval {
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn from_f64(v: f64) -> Self {
         if v.is_nan() { Self::ENTIRE } else { Self { lo: v, hi: v } }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn abs(self) -> Self {
         let lo = largest(largest(self.lo, -self.hi), 0.0);
         Self { lo, hi: largest(self.lo.abs(), self.hi.abs()) }
@@ -221,23 +221,23 @@ impl Scalar for Interval {
     fn sign(self) -> Self {
         Self { lo: self.lo.sign(), hi: self.hi.sign() }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn sqrt(self) -> Self {
         if self.hi < 0.0 {
             return Self::ENTIRE;
         }
         Self { lo: down(self.lo.max(0.0).sqrt()).max(0.0), hi: up(self.hi.sqrt()) }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn half_over(self, root: Self) -> Self {
         if root.lo > 0.0 { self / (root + root) } else { Self::ENTIRE }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn square(self) -> Self {
         let a = self.abs();
         Self { lo: down(a.lo * a.lo).max(0.0), hi: up(a.hi * a.hi) }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn exp(self) -> Self {
         let r = widen(math::exp(self.lo), math::exp(self.hi), math::EXP_ULPS);
         Self { lo: r.lo.max(0.0), hi: r.hi }
@@ -297,11 +297,11 @@ impl Scalar for Interval {
     fn round(self) -> Self {
         Self { lo: Scalar::round(self.lo), hi: Scalar::round(self.hi) }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn min(self, b: Self) -> Self {
         Self { lo: least(self.lo, b.lo), hi: least(self.hi, b.hi) }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn max(self, b: Self) -> Self {
         Self { lo: largest(self.lo, b.lo), hi: largest(self.hi, b.hi) }
     }
@@ -358,7 +358,7 @@ impl Scalar for Interval {
         let r = b.hull(Self { lo: 0.0, hi: 0.0 });
         Self { lo: r.lo - slack, hi: r.hi + slack }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn less(self, b: Self) -> Self {
         if self.hi < b.lo {
             Self { lo: 1.0, hi: 1.0 }
@@ -368,7 +368,7 @@ impl Scalar for Interval {
             Self { lo: 0.0, hi: 1.0 }
         }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn choose(mask: Self, b: Self, c: Self) -> Self {
         if mask.lo == 0.0 && mask.hi == 0.0 {
             c
@@ -378,7 +378,7 @@ impl Scalar for Interval {
             b.hull(c)
         }
     }
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn pass_if_less(self, b: Self, g: Self) -> Self {
         let (below, above) = (self.hi < b.lo, self.lo > b.hi);
         let (lo, hi) = (least(g.lo, 0.0), largest(g.hi, 0.0));

@@ -5,13 +5,14 @@ use std::cell::RefCell;
 
 use pulp::{Arch, NullaryFnOnce};
 
-use crate::MAX_AXES;
+use crate::arrange::Arrange;
 use crate::dual::Dual;
 use crate::eval::{
-    Chosen, Directional, Everywhere, Full, Ignore, NO_ROW, forward, reverse, reverse_uniforms,
+    Any, Chosen, Directional, Everywhere, Full, Ignore, NO_ROW, forward, reverse, reverse_uniforms,
 };
 use crate::program::Program;
 use crate::tape::{Uniform, UniformProgram};
+use crate::{MAX_AXES, SMALL, one};
 
 /// Points to evaluate at: coordinates, and the outputs of opaque leaves there.
 #[derive(Clone, Copy)]
@@ -155,7 +156,7 @@ impl<'a> Rows<'a> {
             rows.row_of.push(if active { rows.count as u32 } else { NO_ROW });
             rows.count += usize::from(active);
         }
-        rows.columns.sort_unstable();
+        rows.columns.arrange();
         let present = |column: &usize| rows.columns.binary_search_by_key(column, |c| c.0).is_ok();
         rows.absent = column_of.iter().flatten().copied().filter(|c| !present(c)).collect();
         rows
@@ -165,12 +166,14 @@ impl<'a> Rows<'a> {
 /// Evaluates the program at all points of the batch, on this thread. `Want::Parameters` needs a program for
 /// everything, `Want::Rate` too.
 pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut [f64], want: Want) {
+    if SMALL {
+        return run_once(program, uniforms, batch, value, want);
+    }
     let n = batch.len();
     if n == 0 {
         return;
     }
-    let rows = if let Want::Parameters { rows, .. } = &want { rows.count } else { 0 };
-    let lines = MAX_AXES + batch.leaves + program.values + program.adjoints + rows;
+    let lines = lines(program, batch, &want);
     let arch = Arch::new();
     match want {
         Want::Value | Want::Gradient { .. } | Want::Rate { .. } | Want::Parameters { .. } if n <= FEW => {
@@ -185,6 +188,19 @@ pub(crate) fn run(program: &Program, uniforms: &[f64], batch: Batch, value: &mut
             arch.dispatch(Run::<BLOCK, true> { program, uniforms, batch, value, want, scratch });
         }),
     }
+}
+
+/// The same by the one loop for everything.
+fn run_once(program: &Program, uniforms: &[f64], batch: Batch, value: &mut [f64], want: Want) {
+    with_scratch(lines(program, batch, &want) * BLOCK, |scratch| {
+        Arch::new().dispatch(RunAny { program, uniforms, batch, value, want, scratch });
+    });
+}
+
+/// Blocks of working memory.
+fn lines(program: &Program, batch: Batch, want: &Want) -> usize {
+    let rows = if let Want::Parameters { rows, .. } = want { rows.count } else { 0 };
+    MAX_AXES + batch.leaves + program.values + program.adjoints + rows
 }
 
 /// The loop over blocks; `Q`: with derivatives with respect to parameters.
@@ -286,6 +302,85 @@ impl<const B: usize, const Q: bool> NullaryFnOnce for Run<'_, '_, '_, B, Q> {
     }
 }
 
+/// The loop over blocks in one copy for everything that can be wanted, for modules that are downloaded.
+struct RunAny<'a, 'b, 'c> {
+    program: &'c Program,
+    uniforms: &'c [f64],
+    batch: Batch<'c>,
+    value: &'c mut [f64],
+    want: Want<'a, 'b>,
+    scratch: &'c mut [f64],
+}
+
+impl NullaryFnOnce for RunAny<'_, '_, '_> {
+    type Output = ();
+
+    fn call(self) {
+        const B: usize = BLOCK;
+        let RunAny { program, uniforms, batch, value, mut want, scratch } = self;
+        let (blocks, _) = scratch.as_chunks_mut::<B>();
+        let (inputs, blocks) = blocks.split_at_mut(MAX_AXES + batch.leaves);
+        let (registers, rest) = blocks.split_at_mut(program.values);
+        let (adjoints, table) = rest.split_at_mut(program.adjoints);
+        let mut touched = vec![false; table.len()];
+        let chosen = matches!(want, Want::Chosen { .. });
+        let mut live = vec![true; program.adjoints];
+        let total = batch.len();
+        for start in (0..total).step_by(B) {
+            let n = B.min(total - start);
+            let span = (start, n);
+            batch.gather(program, start, n, inputs);
+            forward::<f64, B>(program, uniforms, inputs, registers);
+            value[start..start + n].copy_from_slice(&registers[program.root as usize][..n]);
+            if matches!(want, Want::Value) {
+                continue;
+            }
+            live.fill(!chosen);
+            touched.fill(false);
+            let mut reach = Chosen { live: &mut live, on: chosen };
+            let mut sink = Any { rates: &[], total: [0.0; B], full: None };
+            match &want {
+                Want::Rate { rates, .. } => sink.rates = rates,
+                Want::Parameters { rows, .. } => {
+                    let row_of = &rows.row_of;
+                    sink.full = Some(Full { row_of, rows: &mut *table, touched: &mut touched });
+                }
+                _ => {}
+            }
+            reverse::<f64, B, _, _>(program, uniforms, registers, adjoints, &mut sink, &mut reach);
+            for &(_, register) in &program.input_adjoints {
+                if !live[register as usize] {
+                    adjoints[register as usize] = [0.0; B];
+                }
+            }
+            if let (Want::Parameters { rows, .. }, Some(full)) = (&want, &mut sink.full) {
+                reverse_uniforms::<f64, B>(rows.program, uniforms, full);
+            }
+            let sums = sink.total;
+            match &mut want {
+                Want::Chosen { x } => scatter_inputs(program, adjoints, 0, batch.axes, span, x),
+                Want::Gradient { x, leaves }
+                | Want::Rate { x, leaves, .. }
+                | Want::Parameters { x, leaves, .. } => {
+                    scatter(program, adjoints, batch.axes, span, x, leaves);
+                }
+                Want::Value => {}
+            }
+            if let Want::Rate { rate, .. } = &mut want {
+                rate[start..start + n].copy_from_slice(&sums[..n]);
+            }
+            if let Want::Parameters { rows, q, .. } = &mut want {
+                for &(_, row) in &rows.columns {
+                    if !touched[row] {
+                        table[row] = [0.0; B];
+                    }
+                }
+                scatter_parameters(rows, table, span, q);
+            }
+        }
+    }
+}
+
 /// Writes the rows of adjoints, in tiles, so that each cache line is written whole.
 #[inline(always)]
 fn scatter_parameters<const B: usize>(
@@ -352,7 +447,14 @@ fn scatter_inputs<const B: usize>(
 
 /// Second derivatives for up to three axes: `hessian[i][j]` of each point, row-major (axes × axes).
 pub(crate) fn hessian(program: &Program, uniforms: &[f64], batch: Batch, out: &mut [f64]) {
-    const B: usize = 8;
+    if SMALL {
+        return hessian_by::<1>(program, uniforms, batch, out);
+    }
+    hessian_by::<8>(program, uniforms, batch, out);
+}
+
+/// The same, `B` points at a time; one by one in the little code of [`crate::one`].
+fn hessian_by<const B: usize>(program: &Program, uniforms: &[f64], batch: Batch, out: &mut [f64]) {
     let axes = batch.axes;
     let wrapped: Vec<Dual<f64>> = uniforms.iter().map(|&u| dual(u)).collect();
     let zero = [dual(0.0); B];
@@ -372,15 +474,21 @@ pub(crate) fn hessian(program: &Program, uniforms: &[f64], batch: Batch, out: &m
                     _ => dual(v),
                 });
             }
-            forward::<Dual<f64>, B>(program, &wrapped, &inputs, &mut registers);
-            reverse::<Dual<f64>, B, _, _>(
-                program,
-                &wrapped,
-                &registers,
-                &mut adjoints,
-                &mut Ignore,
-                &mut Everywhere,
-            );
+            if B == 1 {
+                one::forward(program, &wrapped, inputs.as_flattened(), registers.as_flattened_mut());
+                let (values, adjoints) = (registers.as_flattened(), adjoints.as_flattened_mut());
+                one::reverse(program, &wrapped, values, adjoints);
+            } else {
+                forward::<Dual<f64>, B>(program, &wrapped, &inputs, &mut registers);
+                reverse::<Dual<f64>, B, _, _>(
+                    program,
+                    &wrapped,
+                    &registers,
+                    &mut adjoints,
+                    &mut Ignore,
+                    &mut Everywhere,
+                );
+            }
             for i in 0..axes {
                 for j in 0..n {
                     for d in 0..3.min(axes - first) {
@@ -397,3 +505,6 @@ pub(crate) fn hessian(program: &Program, uniforms: &[f64], batch: Batch, out: &m
 fn dual(v: f64) -> Dual<f64> {
     Dual { v, d: [0.0; 3] }
 }
+
+#[cfg(test)]
+mod tests;

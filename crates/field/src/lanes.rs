@@ -27,12 +27,12 @@ impl Lanes {
         Self { lo: all.map(|i| i.lo), hi: all.map(|i| i.hi) }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub(crate) fn lane(&self, l: usize) -> Interval {
         Interval { lo: self.lo[l], hi: self.hi[l] }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn map(self, f: impl Fn(Interval) -> Interval) -> Self {
         let mut r = self;
         for l in 0..LANES {
@@ -42,7 +42,7 @@ impl Lanes {
         r
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn zip(self, b: Self, f: impl Fn(Interval, Interval) -> Interval) -> Self {
         let mut r = self;
         for l in 0..LANES {
@@ -54,7 +54,7 @@ impl Lanes {
 }
 
 impl From<Interval> for Lanes {
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn from(v: Interval) -> Self {
         Self { lo: [v.lo; LANES], hi: [v.hi; LANES] }
     }
@@ -90,19 +90,19 @@ impl Pass {
     }
 
     /// Instruction `i` in all boxes.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub(crate) fn lanes(&self, i: usize) -> &Lanes {
         &self.values[i]
     }
 
     /// Instruction `i` in box `lane`.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub(crate) fn value(&self, i: usize, lane: usize) -> Interval {
         self.values[i].lane(lane)
     }
 
     /// ∂F/∂(instruction `i`) in box `lane`.
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     pub(crate) fn adjoint(&self, i: usize, lane: usize) -> Interval {
         self.adjoints.list[i].lane(lane)
     }
@@ -124,7 +124,7 @@ struct Sweeps<'a> {
 impl NullaryFnOnce for Sweeps<'_> {
     type Output = ();
 
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn call(self) {
         let Pass { values, adjoints, length } = self.pass;
         *length = self.tape.instrs.len();
@@ -139,7 +139,7 @@ macro_rules! lane_operators {
     ($($trait:ident $name:ident;)*) => {$(
         impl $trait for Lanes {
             type Output = Self;
-            #[inline(always)]
+            #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn $name(self, b: Self) -> Self {
                 self.zip(b, |x, y| x.$name(y))
             }
@@ -150,7 +150,7 @@ lane_operators! { Add add; Sub sub; Mul mul; Div div; }
 
 impl Neg for Lanes {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
     fn neg(self) -> Self {
         self.map(|x| -x)
     }
@@ -159,23 +159,23 @@ impl Neg for Lanes {
 macro_rules! lane_functions {
     (one: $($one:ident)*; two: $($two:ident)*) => {
         impl Scalar for Lanes {
-            #[inline(always)]
+            #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn from_f64(v: f64) -> Self {
                 Self::from_fn(|_| Interval::from_f64(v))
             }
-            $(#[inline(always)]
+            $(#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn $one(self) -> Self {
                 self.map(|x| x.$one())
             })*
-            $(#[inline(always)]
+            $(#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn $two(self, b: Self) -> Self {
                 self.zip(b, |x, y| x.$two(y))
             })*
-            #[inline(always)]
+            #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn choose(mask: Self, b: Self, c: Self) -> Self {
                 Self::from_fn(|l| Interval::choose(mask.lane(l), b.lane(l), c.lane(l)))
             }
-            #[inline(always)]
+            #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn pass_if_less(self, b: Self, g: Self) -> Self {
                 Self::from_fn(|l| self.lane(l).pass_if_less(b.lane(l), g.lane(l)))
             }

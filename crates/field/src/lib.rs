@@ -1,4 +1,5 @@
 //! isoswarm-field: what a surface is.
+pub mod arrange;
 mod bumps;
 mod closed;
 mod cut;
@@ -13,6 +14,7 @@ mod kernel;
 mod lanes;
 pub mod math;
 pub mod model;
+mod one;
 pub mod op;
 mod plain;
 mod program;
@@ -28,6 +30,11 @@ pub mod testkit;
 pub mod text;
 pub mod vector;
 pub mod vm;
+
+/// Where code is downloaded before it runs, one copy of a loop serves all that it could be compiled for apart. Results have the
+/// same bits.
+const SMALL: bool = cfg!(target_arch = "wasm32");
+
 pub use dual::Dual;
 pub use error::FieldError;
 pub use field::{CompiledPiece, Field, Piece, Pieces, Ranges, Regularity};

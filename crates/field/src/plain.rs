@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 use crate::tape::{Code, Mode, Tape};
 
 /// The value of uniform `u`, given those that the tapes share, which may be of a simpler type.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u: u32) -> V {
     match shared.get(u as usize) {
         Some(v) => V::from(*v),
@@ -15,7 +15,7 @@ pub(crate) fn uniform<U: Copy, V: Scalar + From<U>>(tape: &Tape, shared: &[U], u
 }
 
 /// The first two operands' values.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn operands<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
     shared: &[U],
@@ -32,7 +32,7 @@ pub(crate) fn operands<U: Copy, V: Scalar + From<U>>(
 }
 
 /// The value of every instruction, in the first places of `values`, which may be longer.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn forward<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
     shared: &[U],
@@ -70,7 +70,7 @@ impl<V> Default for Adjoints<V> {
 }
 
 /// The adjoint of every instruction, after [`forward`].
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(crate) fn reverse<U: Copy, V: Scalar + From<U>>(
     tape: &Tape,
     shared: &[U],

@@ -4,6 +4,7 @@
 
 use std::cell::RefCell;
 
+use crate::arrange::Arrange;
 use crate::op::{Op, is_flat};
 use crate::tape::{Code, Mode, Tape};
 
@@ -301,7 +302,7 @@ impl Program {
                 self.backward.push(back);
             }
         }
-        self.input_adjoints.sort_unstable();
+        self.input_adjoints.arrange();
         self.adjoints = pool.count as usize;
     }
 

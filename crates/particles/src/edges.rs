@@ -1,6 +1,7 @@
 //! Floaters on creases: points that stay where they are while the others spread between them, at every level of the
 //! refinement as many as its spacing asks for.
 
+use isoswarm_field::arrange::Arrange;
 use rayon::prelude::*;
 
 use crate::constraint::Walls;
@@ -149,7 +150,7 @@ pub(crate) fn areas(swarm: &Swarm, creases: &Creases, walls: &Walls, unit: f64, 
         if !beside {
             return None;
         }
-        segments.sort_unstable();
+        segments.arrange();
         segments.dedup();
         let segments: Vec<[V3; 2]> = segments.iter().map(|s| s.map(|p| creases.points[p as usize])).collect();
         Some(stars.area_beside(i, &others, &segments, 0.5 * REACH * unit, desk))

@@ -8,6 +8,7 @@
 //! ([`crate::front`]) puts all floaters in place at once.
 
 use isoswarm_field::Surface;
+use isoswarm_field::arrange::Arrange;
 
 use crate::Error;
 use crate::constraint::Walls;
@@ -216,7 +217,7 @@ fn choose(seeds: &Seeds<'_>, weights: &[f64], n: usize, rng: Rng) -> Swarm {
     let all = seeds.points.len();
     let weight = |i: usize| weights.get(i).copied().unwrap_or(1.0);
     let mut order: Vec<(f64, usize)> = (0..all).map(|i| (rng.unit(i as u64) / weight(i), i)).collect();
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.arrange_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut chosen = vec![false; all];
     let mut represented = vec![false; seeds.components];
     let mut left = n;

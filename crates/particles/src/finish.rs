@@ -1,5 +1,6 @@
 //! From floaters to samples: projected to rounding, measured, with curvature.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{Aabb, Surface};
 use rayon::prelude::*;
 
@@ -176,7 +177,7 @@ pub(crate) fn finish(
 fn put_creases_first(swarm: &mut Swarm, creases: &Creases, unit: f64) {
     let mut order: Vec<u32> = (0..swarm.len() as u32).collect();
     // Those that are free have the largest number and keep their order.
-    order.sort_by_key(|&i| swarm.held.get(i as usize).copied().unwrap_or(FREE));
+    order.arrange_by_key(|&i| swarm.held.get(i as usize).copied().unwrap_or(FREE));
     *swarm = swarm.pick(&order);
     for (i, (p, n)) in creases.points.iter().zip(creases.mean_normals()).enumerate() {
         (swarm.points[i], swarm.normals[i]) = (*p, n);

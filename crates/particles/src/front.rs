@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use isoswarm_field::Surface;
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::cross;
 use rayon::prelude::*;
 
@@ -93,9 +94,9 @@ fn thin(swarm: &mut Swarm, n: usize, ends: &[usize], rng: Rng) {
     let late = |end: &&usize| swarm.len() - **end >= 2 * many;
     let Some(&first) = ends.iter().rev().find(late) else { return };
     let mut order: Vec<(u64, u32)> = (first..swarm.len()).map(|i| (rng.bits(i as u64), i as u32)).collect();
-    order.sort_unstable();
+    order.arrange();
     let mut kept: Vec<u32> = (0..first as u32).chain(order[many..].iter().map(|o| o.1)).collect();
-    kept.sort_unstable();
+    kept.arrange();
     *swarm = swarm.pick(&kept);
 }
 

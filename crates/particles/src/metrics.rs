@@ -1,6 +1,7 @@
 //! How evenly points lie, as the literature measures it.
 
 use isoswarm_field::Aabb;
+use isoswarm_field::arrange::Arrange;
 
 use crate::constraint::Walls;
 use crate::population::{Census, census, linear};
@@ -62,7 +63,7 @@ fn spacing_guess(points: &[V3], axes: usize) -> f64 {
         })
         .filter(|d| d.is_finite())
         .collect();
-    nearest.sort_unstable_by(f64::total_cmp);
+    nearest.arrange_by(f64::total_cmp);
     // Random points have mean distances of half the square root of the cell; a generous reach costs little.
     let factor = if axes == 2 { 4.0 } else { 2.0 };
     nearest.get(nearest.len() / 2).map_or(extent.max(f64::MIN_POSITIVE), |d| factor * d)

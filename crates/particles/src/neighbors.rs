@@ -8,6 +8,7 @@ mod grid;
 mod occupied;
 mod sheets;
 
+use isoswarm_field::arrange::Arrange;
 use std::ops::Range;
 
 use pulp::{Arch, NullaryFnOnce};
@@ -98,7 +99,7 @@ impl Neighbors {
         };
         let octaves: Vec<usize> = radius.iter().map(|&r| octave(r)).collect();
         let mut present: Vec<usize> = octaves.clone();
-        present.sort_unstable();
+        present.arrange();
         present.dedup();
         let side = |o: usize| least * 2f64.powi(o as i32);
         let select = |f: &dyn Fn(usize) -> bool| -> Vec<u32> {

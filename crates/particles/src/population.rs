@@ -1,6 +1,7 @@
 //! Birth and death of floaters at exact numbers: refinement to four times as many, and moves from crowded to sparse
 //! places. Moves cure what repulsion is slow at: large-scale differences of density, within a component and between.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{FieldError, Surface};
 use rayon::prelude::*;
 
@@ -321,7 +322,7 @@ fn crush(swarm: &Swarm, census: &Census, unit: f64, alive: &mut [bool], per_labe
 fn ranked(n: usize, key: impl Fn(usize) -> f64 + Sync) -> Vec<usize> {
     let mut keyed: Vec<(f64, usize)> =
         (0..n).into_par_iter().with_min_len(4096).map(|i| (key(i), i)).collect();
-    keyed.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    keyed.arrange_together(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
@@ -378,7 +379,7 @@ pub(crate) fn edges(swarm: &Swarm, walls: &Walls, unit: f64) -> Vec<(u32, u32)> 
         })
         .collect();
     let mut all: Vec<(u32, u32)> = rows.into_iter().flatten().collect();
-    all.par_sort_unstable();
+    all.arrange_together(Ord::cmp);
     all.dedup();
     all
 }

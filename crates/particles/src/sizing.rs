@@ -1,6 +1,7 @@
 //! Relative sizes of floaters from a density.
 
 use isoswarm_field::Surface;
+use isoswarm_field::arrange::median;
 
 use crate::Error;
 use crate::curvature;
@@ -78,11 +79,9 @@ impl<'a> Sizing<'a> {
                 let squares: Vec<f64> = k.iter().map(|k| k[0] * k[0] + k[1] * k[1]).collect();
                 // Creases and singular points, where it is undefined, count as ordinary ones.
                 let mut known: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
-                if known.is_empty() {
+                let Some(median) = median(&mut known) else {
                     return Ok(vec![0.0; swarm.len()]);
-                }
-                let middle = known.len() / 2;
-                let median = *known.select_nth_unstable_by(middle, f64::total_cmp).1;
+                };
                 // A few points of extreme curvature do not set the scale for all others.
                 let most = if median > 0.0 { 100.0 * median } else { f64::INFINITY };
                 Ok(squares.iter().map(|s| if s.is_finite() { s.min(most) } else { median }).collect())

@@ -3,6 +3,7 @@
 //! Neighbours on the same sheet are unfolded into the tangent plane at their distance along the surface; the cell is
 //! what the bisectors leave of a disc, and the neighbours whose bisectors bound it are the star.
 
+use isoswarm_field::arrange::Arrange;
 use rayon::prelude::*;
 
 use crate::constraint::Walls;
@@ -376,7 +377,7 @@ impl Stars<'_> {
                 near.push((square.to_bits() & !PLACE) | k as u64);
             }
         }
-        near.sort_unstable();
+        near.arrange();
         least
     }
 

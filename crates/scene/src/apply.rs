@@ -1,5 +1,6 @@
 //! What each command does.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::model::{Model, Param, Payload, kind, path_matches};
 use isoswarm_field::{Field, FieldError, text};
 use isoswarm_particles::project;
@@ -336,7 +337,7 @@ impl Scene {
     /// Refuses a list of pins that is empty or has one twice.
     fn each_once(&self, ids: impl Iterator<Item = u64>) -> Result<(), Error> {
         let mut ids: Vec<u64> = ids.collect();
-        ids.sort_unstable();
+        ids.arrange();
         if ids.is_empty() {
             return Err(Error::option("hands", "at least one pin and where it goes", "none"));
         }

@@ -3,13 +3,15 @@
 use isoswarm_particles::control::Guide;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::Value;
 
 use crate::vector::unit;
 use crate::{Error, Settings};
 
 /// A pin by its number or its name.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(untagged)]
 pub enum PinRef {
@@ -17,6 +19,18 @@ pub enum PinRef {
     Number(u64),
     /// The name that it was given.
     Name(String),
+}
+
+impl<'de> Deserialize<'de> for PinRef {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        match Value::deserialize(from)? {
+            Value::String(name) => Ok(PinRef::Name(name)),
+            other => other
+                .as_u64()
+                .map(PinRef::Number)
+                .ok_or_else(|| D::Error::custom("expected a pin's number or its name")),
+        }
+    }
 }
 
 /// Along what a pin may give way; directions need not have length 1.
@@ -51,10 +65,40 @@ pub struct Hand {
     pub to: [f64; 3],
 }
 
+/// The enum, and how it is read. What serde derives for a tag among the other fields is a hundred kilobytes: here the tag is taken out, and
+/// the rest read as what it is then, a variant of `Apart`.
+macro_rules! command {
+    ($(#[$about:meta])* pub enum Command { $($variants:tt)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[cfg_attr(feature = "schema", derive(JsonSchema))]
+        #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+        pub enum Command { $($variants)* }
+
+        #[derive(Deserialize)]
+        #[serde(remote = "Command", rename_all = "snake_case", deny_unknown_fields)]
+        enum Apart { $($variants)* }
+    };
+}
+
+impl<'de> Deserialize<'de> for Command {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let mut fields = serde_json::Map::deserialize(from)?;
+        match fields.remove("do") {
+            Some(Value::String(name)) => {
+                let apart = Value::Object([(name, Value::Object(fields))].into_iter().collect());
+                Apart::deserialize(apart).map_err(D::Error::custom)
+            }
+            Some(other) => {
+                Err(D::Error::custom(format!("expected the name of a command as `do`, given {other}")))
+            }
+            None => Err(D::Error::missing_field("do")),
+        }
+    }
+}
+
+command! {
 /// A change of a scene. In files: `{"do": "drag", "hands": [{"pin": "hand", "to": [1, 2, 0]}]}`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
     /// Gives a parameter a value; a discrete one too.
     Set {
@@ -296,6 +340,7 @@ pub enum Command {
     Undo {},
     /// Makes it again.
     Redo {},
+}
 }
 
 /// Refuses what is no place: not finite, so far off that squares overflow, or off the plane of a curve.

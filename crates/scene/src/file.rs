@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{Aabb, Callback, Model, json};
 use isoswarm_particles::control::{Guide, Pin};
 #[cfg(feature = "schema")]
@@ -267,12 +268,12 @@ impl Scene {
         scene.functions.extend(functions.iter().map(|(k, f)| (k.clone(), f.clone())));
         let next = file.pins.iter().map(|p| p.id + 1).max().unwrap_or(0);
         let mut ids: Vec<u64> = file.pins.iter().map(|p| p.id).collect();
-        ids.sort_unstable();
+        ids.arrange();
         if ids.windows(2).any(|w| w[0] == w[1]) {
             return fail(FORMAT, 0, "two pins have the same id");
         }
         let mut names: Vec<&str> = file.pins.iter().filter_map(|p| p.name.as_deref()).collect();
-        names.sort_unstable();
+        names.arrange();
         if let Some(w) = names.windows(2).find(|w| w[0] == w[1]) {
             return fail(FORMAT, 0, format!("two pins are called `{}`", w[0]));
         }

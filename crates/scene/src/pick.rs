@@ -1,6 +1,7 @@
 //! What is under a finger: where a ray meets the surface, found from the floaters that cover it.
 
 use isoswarm_field::Surface;
+use isoswarm_field::arrange::Arrange;
 use isoswarm_particles::project;
 
 use crate::vector::{V3, norm, sub, unit};
@@ -58,7 +59,7 @@ impl Scene {
                 crossed.push((t, radius));
             }
         }
-        crossed.sort_by(|a, b| a.0.total_cmp(&b.0));
+        crossed.arrange_by(|a, b| a.0.total_cmp(&b.0));
         for &(t, radius) in crossed.iter().take(TRIES) {
             if let Some(t) = self.solve_along(origin, d, t, 2.0 * radius)? {
                 return Ok(Some(Hit { t: t / length, ..self.hit(at(origin, d, t))? }));

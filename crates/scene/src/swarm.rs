@@ -136,11 +136,7 @@ impl Swarm {
         let squares: Vec<f64> = k.iter().map(|k| k[0] * k[0] + k[1] * k[1]).collect();
         // Creases and singular points, where it is undefined, count as ordinary ones.
         let mut known: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
-        if known.is_empty() {
-            return;
-        }
-        let middle = known.len() / 2;
-        let median = *known.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let Some(median) = isoswarm_field::arrange::median(&mut known) else { return };
         let relative = |s: f64| if s.is_finite() && median > 0.0 { s / median } else { 1.0 };
         let size = |s: &f64| 1.0 / relative(*s).clamp(1.0 / BENDS, BENDS).sqrt();
         self.floaters.size.resize(squares.len(), 1.0);

@@ -1,7 +1,7 @@
 /** A scene in a worker, kept safe outside it. */
 import { CoreError } from './failure.js';
 import { Latest } from './latest.js';
-import { cancelled, Link, type RequestOptions, type Transport, type Wasm } from './link.js';
+import { cancelled, Link, notLoaded, type RequestOptions, type Transport } from './link.js';
 import { Player, type PlayOptions } from './player.js';
 import { inForce } from './tail.js';
 import type {
@@ -23,13 +23,20 @@ import type {
   SceneState,
   Source,
   Vec3,
+  Wasm,
 } from './protocol.js';
+
+/** The WebAssembly module in two: what a page starts with, and, when it is first needed, the same with meshes and files. */
+export interface Modules {
+  core: Wasm;
+  full: () => Promise<Wasm>;
+}
 
 export interface ConnectOptions {
   /** Starts a worker. */
   spawn: () => Transport;
-  /** The WebAssembly module: compiled, its bytes or its address. */
-  wasm: Wasm;
+  /** The WebAssembly module in two, or `full` alone. */
+  wasm: Modules | Wasm;
   /** Bytes that the core may use, default 1 GiB. */
   memoryLimit?: number;
   /** Milliseconds after a change until the scene is saved outside the worker, default 300. */
@@ -76,6 +83,8 @@ export class Client {
     silent: new Set(),
   };
   #link: Link;
+  /** The module for long jobs, from the first one on. */
+  #full: Promise<Wasm> | null = null;
   /** Resolves when requests can be sent. */
   #ready: Promise<unknown>;
   #saved: Saved | null = null;
@@ -261,7 +270,7 @@ export class Client {
   async job<N extends JobName>(name: N, input: Input<N>, options: RequestOptions = {}): Promise<Output<N>> {
     if (options.signal?.aborted) throw new CoreError(cancelled());
     const { scene, points } = await this.request('save', {});
-    const link = new Link(this.#options.spawn(), this.#options.wasm, this.#options.memoryLimit, () => undefined);
+    const link = await this.#worker();
     const abort = () => link.end(cancelled());
     options.signal?.addEventListener('abort', abort, { once: true });
     if (options.signal?.aborted) abort();
@@ -316,10 +325,28 @@ export class Client {
     this.#link.end(cancelled());
   }
 
+  /** The module for long jobs, fetched once. */
+  readonly #getFull = (): Promise<Wasm> => {
+    const { wasm } = this.#options;
+    this.#full ??= isModules(wasm) ? wasm.full() : Promise.resolve(wasm);
+    this.#full.catch(() => (this.#full = null));
+    return this.#full;
+  };
+
+  /** A worker for a long job. */
+  async #worker(): Promise<Link> {
+    const { spawn, memoryLimit } = this.#options;
+    const wasm = await this.#getFull().catch((error: unknown) => {
+      throw new CoreError(notLoaded(error));
+    });
+    return new Link(spawn(), wasm, null, memoryLimit, () => undefined);
+  }
+
   #start(): Link {
     const { spawn, wasm, memoryLimit } = this.#options;
     let loaded = false;
-    const link = new Link(spawn(), wasm, memoryLimit, failure => {
+    const [first, full] = isModules(wasm) ? [wasm.core, this.#getFull] : [wasm, null];
+    const link = new Link(spawn(), first, full, memoryLimit, failure => {
       if (this.#closed) return;
       this.#tell('stopped', failure);
       // What cannot be loaded, or stops again and again, is not started for ever.
@@ -360,4 +387,8 @@ export class Client {
   #tell<K extends keyof Events>(event: K, value: Events[K]): void {
     for (const handler of this.#handlers[event]) handler(value);
   }
+}
+
+function isModules(wasm: Modules | Wasm): wasm is Modules {
+  return typeof wasm === 'object' && 'full' in wasm;
 }

@@ -44,6 +44,6 @@ export function failureOf(thrown: unknown, witness: Witness | null): Failure {
   return { kind: 'stopped', message: `The core stopped: ${words ?? String(thrown)}` };
 }
 
-function isFailure(value: unknown): value is Failure {
+export function isFailure(value: unknown): value is Failure {
   return typeof value === 'object' && value !== null && 'kind' in value && 'message' in value;
 }

@@ -1,8 +1,7 @@
 /** The worker's side: carries requests out, one after the other. Knows nothing of how messages travel. */
-import type { ColumnName, FromWorker, Input, Output, RequestName, ToWorker } from './protocol.js';
-import type { Failure } from './protocol.js';
-import { failureOf } from './failure.js';
-import { load, type Core, type Module } from './core.js';
+import type { ColumnName, Failure, FromWorker, Input, Output, RequestName, ToWorker, Wasm } from './protocol.js';
+import { failureOf, isFailure } from './failure.js';
+import { loadCore, loadFull, type Core, type FullCore, type FullModule, type Module } from './core.js';
 
 /** Milliseconds between two reports of progress. */
 const REPORT_EVERY = 50;
@@ -17,7 +16,13 @@ interface Answer<T> {
 
 export class Host {
   #module: Module | null = null;
+  /** The module that has meshes and files, once it is needed; the same as `#module` in a worker for long jobs. */
+  #full: Promise<FullModule> | null = null;
   #core: Core | null = null;
+  /** Triangles that follow the floaters. */
+  #live: InstanceType<FullModule['Live']> | null = null;
+  #limit = 0;
+  #given: (wasm: Wasm | Failure) => void = () => undefined;
   #cancel: Int32Array | null = null;
   #dead: Failure | null = null;
   #queue: Promise<void> = Promise.resolve();
@@ -26,15 +31,21 @@ export class Host {
 
   /** Takes a message; they are carried out in order. */
   receive(message: ToWorker): Promise<void> {
+    if (message.type === 'full') {
+      this.#given(message.wasm);
+      return this.#queue;
+    }
     this.#queue = this.#queue.then(() => this.#carryOut(message));
     return this.#queue;
   }
 
-  async #carryOut(message: ToWorker): Promise<void> {
+  async #carryOut(message: Exclude<ToWorker, { type: 'full' }>): Promise<void> {
     if (message.type === 'start') {
       this.#cancel = message.cancel ? new Int32Array(message.cancel) : null;
       try {
-        this.#module = await load(message.wasm, message.memoryLimit);
+        this.#limit = message.memoryLimit;
+        if (message.full) this.#full = loadFull(message.wasm, this.#limit);
+        this.#module = await (this.#full ?? loadCore(message.wasm, this.#limit));
         this.post({ type: 'ready', version: this.#module.version() }, []);
       } catch (error) {
         this.#dead = { kind: 'stopped', message: `The core could not be loaded: ${String(error)}` };
@@ -47,8 +58,8 @@ export class Host {
     try {
       if (!this.#module) throw protocol('the worker has not been started');
       if (!Object.hasOwn(this.#handlers, name)) throw protocol(`there is no request called \`${String(name)}\``);
-      const handler = this.#handlers[name] as (input: unknown, id: number) => Answer<unknown>;
-      const { value, transfer } = handler(message.input, id);
+      const handler = this.#handlers[name] as (input: unknown, id: number) => Answer<unknown> | Promise<Answer<unknown>>;
+      const { value, transfer } = await handler(message.input, id);
       this.post({ type: 'reply', id, name, value }, transfer ?? []);
     } catch (error) {
       const failure = failureOf(error, this.#module);
@@ -60,6 +71,28 @@ export class Host {
   get #scene(): Core {
     if (!this.#core) throw protocol('no scene is open');
     return this.#core;
+  }
+
+  /** The module that has meshes and files. */
+  #getFull(): Promise<FullModule> {
+    this.#full ??= new Promise<Wasm>((resolve, reject) => {
+      this.#given = wasm => (isFailure(wasm) ? reject(wasm) : resolve(wasm));
+      this.post({ type: 'wants' }, []);
+    }).then(wasm => loadFull(wasm, this.#limit));
+    this.#full.catch(() => (this.#full = null));
+    return this.#full;
+  }
+
+  /** Does a job on the scene, or on a copy of it where it is in the other module. */
+  async #withFull<T>(job: (scene: FullCore) => T): Promise<T> {
+    const module = await this.#getFull();
+    if (module === this.#module) return job(this.#scene as FullCore);
+    const copy = module.open(JSON.stringify({ text: this.#scene.save() }), this.#scene.exact());
+    try {
+      return job(copy);
+    } finally {
+      copy.free();
+    }
   }
 
   /** Tells how far a command is, and whether it is to end. */
@@ -79,11 +112,12 @@ export class Host {
     return this.#cancel !== null && Atomics.load(this.#cancel, 0) === id;
   }
 
-  readonly #handlers: { [N in RequestName]: (input: Input<N>, id: number) => Answer<Output<N>> } = {
+  readonly #handlers: { [N in RequestName]: (input: Input<N>, id: number) => Answer<Output<N>> | Promise<Answer<Output<N>>> } = {
     open: ({ points, ...source }) => {
-      const next = this.#module!.Core.open(JSON.stringify(source), points ?? new Float64Array());
+      const next = this.#module!.open(JSON.stringify(source), points ?? new Float64Array());
       this.#core?.free();
-      this.#core = next;
+      this.#live?.free();
+      [this.#core, this.#live] = [next, null];
       return { value: parse(next.state()) };
     },
     apply: ({ command }, id) => {
@@ -106,23 +140,29 @@ export class Host {
       return { value: { scene: this.#scene.save(), log: this.#scene.log(), points }, transfer: [points.buffer] };
     },
     evenness: () => ({ value: parse(this.#scene.evenness()) }),
-    exportPoints: ({ format }) => file(this.#scene.export_points(format)),
-    exportSamples: ({ format, count }) => file(this.#scene.export_samples(format, count ?? 0)),
-    mesh: ({ spacing }, id) => {
-      const mesh = this.#scene.mesh(spacing ?? 0, this.#teller(id));
-      const [positions, normals, indices] = [mesh.positions(), mesh.normals(), mesh.indices()];
-      const value = { positions, normals, indices, ...parse<{ closed: boolean; report: string }>(mesh.report()) };
-      mesh.free();
-      return { value, transfer: [positions.buffer, normals.buffer, indices.buffer] };
+    exportPoints: async ({ format }) => {
+      const { pointsFile } = await this.#getFull();
+      const core = this.#scene;
+      return file(pointsFile(format, core.exact(), core.exact_normals(), core.exact_radii()));
     },
-    exportMesh: ({ format, spacing }, id) => {
-      const mesh = this.#scene.mesh(spacing ?? 0, this.#teller(id));
-      try {
-        return file(mesh.file(format));
-      } finally {
+    exportSamples: ({ format, count }) => this.#withFull(core => file(core.export_samples(format, count ?? 0))),
+    mesh: ({ spacing }, id) =>
+      this.#withFull(core => {
+        const mesh = core.mesh(spacing ?? 0, this.#teller(id));
+        const [positions, normals, indices] = [mesh.positions(), mesh.normals(), mesh.indices()];
+        const value = { positions, normals, indices, ...parse<{ closed: boolean; report: string }>(mesh.report()) };
         mesh.free();
-      }
-    },
+        return { value, transfer: [positions.buffer, normals.buffer, indices.buffer] };
+      }),
+    exportMesh: ({ format, spacing }, id) =>
+      this.#withFull(core => {
+        const mesh = core.mesh(spacing ?? 0, this.#teller(id));
+        try {
+          return file(mesh.file(format));
+        } finally {
+          mesh.free();
+        }
+      }),
     provoke: ({ what }) => {
       while (what === 'hang');
       this.#module!.provoke(what);
@@ -130,7 +170,13 @@ export class Host {
     },
   };
 
-  #advance(input: Input<'advance'>, id: number): Answer<Output<'advance'>> {
+  async #faces(): Promise<Uint32Array> {
+    this.#live ??= new (await this.#getFull()).Live();
+    const core = this.#scene;
+    return this.#live.faces(core.bounds(), core.exact(), core.exact_normals(), core.ids(), core.spacing());
+  }
+
+  async #advance(input: Input<'advance'>, id: number): Promise<Answer<Output<'advance'>>> {
     const core = this.#scene;
     const never = () => false;
     if (input.hands?.length) {
@@ -150,7 +196,7 @@ export class Host {
       ids: core.ids(),
       values: core.values(),
     };
-    for (const name of input.columns ?? []) columns[name] = core[name]();
+    for (const name of input.columns ?? []) columns[name] = name === 'faces' ? await this.#faces() : core[name]();
     const memory = this.#module!.memory.buffer.byteLength;
     const stats = { steps, stepMs, births, deaths, off, memory };
     return {

@@ -1,6 +1,6 @@
 /** One worker and the requests that are under way in it. */
 import { CoreError } from './failure.js';
-import type { Failure, FromWorker, Input, Output, Progress, RequestName, ToWorker } from './protocol.js';
+import type { Failure, FromWorker, Input, Output, Progress, RequestName, ToWorker, Wasm } from './protocol.js';
 
 /** How messages travel: a Worker of the browser or of Node. */
 export interface Transport {
@@ -9,8 +9,6 @@ export interface Transport {
   listen(message: (m: FromWorker) => void, ended: (reason: string) => void): void;
   terminate(): void;
 }
-
-export type Wasm = WebAssembly.Module | BufferSource | string;
 
 export interface RequestOptions {
   signal?: AbortSignal;
@@ -39,6 +37,8 @@ export class Link {
   constructor(
     private readonly transport: Transport,
     wasm: Wasm,
+    /** Gets the module that has meshes and files; null: `wasm` has them. */
+    full: (() => Promise<Wasm>) | null,
     memoryLimit: number,
     private readonly broken: (failure: Failure) => void,
   ) {
@@ -53,6 +53,7 @@ export class Link {
         message => {
           this.heard = performance.now();
           if (message.type === 'ready') resolve(message.version);
+          else if (message.type === 'wants') void this.#send(full);
           else if (message.type === 'failure' && message.id === -1) this.#break(message.failure);
           else this.#receive(message);
         },
@@ -60,7 +61,7 @@ export class Link {
       );
     });
     this.ready.catch(() => undefined);
-    transport.post({ type: 'start', wasm, memoryLimit, ...(shared ? { cancel: shared } : {}) }, []);
+    transport.post({ type: 'start', wasm, full: full === null, memoryLimit, ...(shared ? { cancel: shared } : {}) }, []);
   }
 
   /** Requests that have not been answered. */
@@ -102,7 +103,12 @@ export class Link {
     for (const p of pending) p.reject(new CoreError(this.#ended));
   }
 
-  #receive(message: Exclude<FromWorker, { type: 'ready' }>): void {
+  async #send(full: (() => Promise<Wasm>) | null): Promise<void> {
+    const wasm = await full?.().catch((error: unknown) => notLoaded(error));
+    if (wasm && !this.#ended) this.transport.post({ type: 'full', wasm }, []);
+  }
+
+  #receive(message: Exclude<FromWorker, { type: 'ready' | 'wants' }>): void {
     const pending = this.#pending.get(message.id);
     if (!pending) return;
     if (message.type === 'progress') return pending.onProgress?.(message.progress);
@@ -120,6 +126,12 @@ export class Link {
     this.end(failure);
     this.broken(failure);
   }
+}
+
+/** What is said where the module that has meshes and files cannot be fetched: the scene goes on without. */
+export function notLoaded(error: unknown): Failure {
+  const reason = error instanceof Error ? error.message : String(error);
+  return { kind: 'input', message: `Meshes and files could not be loaded: ${reason}` };
 }
 
 export function cancelled(): Failure {

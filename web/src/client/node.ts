@@ -29,7 +29,9 @@ function beside(...names: string[]): URL {
 
 /** A client whose worker and module lie beside this file. */
 export async function connect(options: Partial<ConnectOptions> = {}): Promise<Client> {
-  const wasm = options.wasm ?? (await WebAssembly.compile(await readFile(beside('./core.wasm', '../../wasm/pkg/core_bg.wasm'))));
+  const compile = async (file: URL) => WebAssembly.compile(await readFile(file));
+  const full = () => compile(beside('./full.wasm', '../../wasm/pkg/full_bg.wasm'));
+  const wasm = options.wasm ?? { core: await compile(beside('./core.wasm', '../../wasm/pkg/core_bg.wasm')), full };
   const spawn = () => nodeTransport(new Worker(beside('./node-worker.js')));
   const client = new Client({ spawn, ...options, wasm });
   await client.version;

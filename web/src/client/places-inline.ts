@@ -2,7 +2,7 @@
 import { browserTransport } from './browser.js';
 import type { Transport } from './link.js';
 import InlineWorker from './worker.ts?worker&inline';
-import inlined from '../../wasm/pkg/core_bg.wasm?url&inline';
+import inlined from '../../wasm/pkg/full_bg.wasm?url&inline';
 
 export function spawn(): Transport {
   return browserTransport(new InlineWorker());

@@ -305,14 +305,22 @@ export interface Progress {
   remaining: number;
 }
 
+/** A WebAssembly module: compiled, its bytes or its address. */
+export type Wasm = WebAssembly.Module | BufferSource | string;
+
 /** To the worker. */
 export type ToWorker =
-  | { type: 'start'; wasm: WebAssembly.Module | BufferSource | string; memoryLimit: number; cancel?: SharedArrayBuffer }
+  /** `full`: whether the module has meshes and files too. */
+  | { type: 'start'; wasm: Wasm; full: boolean; memoryLimit: number; cancel?: SharedArrayBuffer }
+  /** The module that has them, once it was asked for, or why there is none. */
+  | { type: 'full'; wasm: Wasm | Failure }
   | { type: 'request'; id: number; name: RequestName; input: unknown };
 
 /** From the worker. */
 export type FromWorker =
   | { type: 'ready'; version: string }
+  /** What was asked for needs the module that has meshes and files. */
+  | { type: 'wants' }
   | { type: 'reply'; id: number; name: RequestName; value: unknown }
   | { type: 'failure'; id: number; failure: Failure }
   | { type: 'progress'; id: number; progress: Progress };

@@ -1,3 +1,4 @@
+import { readFile } from 'node:fs/promises';
 import { afterEach, expect, test } from 'vitest';
 import { connect, CoreError, type Client, type Frame } from '../../dist/client/node.js';
 
@@ -243,3 +244,43 @@ function volume(p: Float32Array, faces: Uint32Array): number {
   }
   return sum;
 }
+
+test('shaping needs the first module alone; meshes and files fetch the second, once', async () => {
+  const compile = async (name: string) =>
+    WebAssembly.compile(await readFile(new URL(`../../dist/client/${name}.wasm`, import.meta.url)));
+  let asked = 0;
+  const full = () => {
+    asked++;
+    return compile('full');
+  };
+  const client = await start({ wasm: { core: await compile('core'), full } });
+  await client.open({ text: 'sphere(r=1)', settings: { amount: { count: 200 } } });
+  const hit = await client.pick({ origin: [0, 0, 5], direction: [0, 0, -1] });
+  const { change } = await client.apply({ do: 'pin', at: hit!.at });
+  await client.advance({ steps: 2, hands: [{ pin: change.pin!, to: [0, 0, 1.1] }] });
+  await client.apply({ do: 'release' });
+  await client.apply({ do: 'add', model: 'sphere(0.3)' });
+  await client.undo();
+  await client.save();
+  expect(asked).toBe(0);
+  const { positions, indices } = await client.mesh();
+  expect(indices.length / 3).toBe((2 * positions.length) / 3 - 4);
+  await client.exportPoints('csv');
+  await client.advance({ columns: ['faces'] });
+  expect((await client.exportMesh('stl')).byteLength).toBeGreaterThan(1000);
+  expect(asked).toBe(1);
+});
+
+test('a second module that cannot be fetched is said, and fetched again when it is needed again', async () => {
+  const compile = async (name: string) =>
+    WebAssembly.compile(await readFile(new URL(`../../dist/client/${name}.wasm`, import.meta.url)));
+  let asked = 0;
+  const full = async () => {
+    if (asked++ === 0) throw new Error('the network is gone');
+    return compile('full');
+  };
+  const client = await start({ wasm: { core: await compile('core'), full } });
+  await client.open({ text: 'sphere(r=1)', settings: { amount: { count: 200 } } });
+  await expect(client.mesh()).rejects.toThrow('the network is gone');
+  expect((await client.mesh()).indices.length).toBeGreaterThan(100);
+});

@@ -19,15 +19,15 @@ fn bytes(cloud: &PointCloud<'_>, name: &str) -> Answer<Uint8Array> {
     Ok(Uint8Array::from(&out[..]))
 }
 
+/// Points (3 numbers each), unit normals and radii as a file: `ply`, `obj`, `csv` or `npz`.
+#[wasm_bindgen]
+pub fn points_file(format: &str, points: &[f64], normals: &[f64], radii: &[f64]) -> Answer<Uint8Array> {
+    let cloud = PointCloud::new(points.as_chunks().0).with_normals(normals.as_chunks().0).with_radii(radii);
+    bytes(&cloud, format)
+}
+
 #[wasm_bindgen]
 impl Core {
-    /// The floaters as a file: `ply`, `obj`, `csv` or `npz`.
-    pub fn export_points(&self, format: &str) -> Answer<Uint8Array> {
-        let f = self.scene.frame().floaters;
-        let cloud = PointCloud::new(&f.points).with_normals(&f.normals).with_radii(&f.sigma);
-        bytes(&cloud, format)
-    }
-
     /// Even samples as a file, started from the floaters: so many, or with the scene's spacing (0).
     pub fn export_samples(&self, format: &str, count: usize) -> Answer<Uint8Array> {
         let s = self.scene.samples((count > 0).then_some(count)).thrown()?;

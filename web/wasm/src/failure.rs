@@ -66,6 +66,7 @@ impl From<Error> for Failure {
     }
 }
 
+#[cfg(feature = "jobs")]
 impl From<isoswarm_geometry::GeometryError> for Failure {
     fn from(e: isoswarm_geometry::GeometryError) -> Self {
         Self::input(e.to_string())

@@ -1,7 +1,6 @@
 //! What there is to draw: columns of the floaters as typed arrays.
 
 use isoswarm_field::Surface;
-use isoswarm_geometry::LiveMesh;
 use isoswarm_scene::Scene;
 use js_sys::{Float32Array, Float64Array, Uint32Array};
 use serde_json::json;
@@ -9,9 +8,6 @@ use wasm_bindgen::prelude::*;
 
 use crate::failure::Thrown;
 use crate::{Answer, Core, report, state, to_json};
-
-/// Smallest and largest corner of a box.
-pub type Corners = ([f64; 3], [f64; 3]);
 
 /// Births and deaths up to the last frame.
 #[derive(Clone, Copy, Default)]
@@ -71,6 +67,27 @@ impl Core {
         Float64Array::from(self.scene.frame().floaters.points.as_flattened())
     }
 
+    /// Normals to the last bit.
+    pub fn exact_normals(&self) -> Float64Array {
+        Float64Array::from(self.scene.frame().floaters.normals.as_flattened())
+    }
+
+    /// Repulsion radii to the last bit.
+    pub fn exact_radii(&self) -> Float64Array {
+        Float64Array::from(&self.scene.frame().floaters.sigma[..])
+    }
+
+    /// Mean distance between neighbours (model units).
+    pub fn spacing(&self) -> f64 {
+        self.scene.frame().spacing
+    }
+
+    /// Smallest and largest corner of the box that clips the surface.
+    pub fn bounds(&self) -> Float64Array {
+        let b = self.scene.frame().bounds;
+        Float64Array::from([b.lo, b.hi].as_flattened())
+    }
+
     /// Unit normals, 3 a floater.
     pub fn normals(&self) -> Float32Array {
         short(&self.scene.frame().floaters.normals)
@@ -94,19 +111,6 @@ impl Core {
         let k = isoswarm_particles::principal_curvatures(self.scene.field(), points);
         let mean: Vec<f32> = k.iter().map(|[a, b]| (0.5 * (a + b)) as f32).collect();
         Float32Array::from(&mean[..])
-    }
-
-    /// Triangles over the floaters, 3 numbers of rows each: a mesh that follows them from call to call.
-    pub fn faces(&mut self) -> Uint32Array {
-        let f = self.scene.frame();
-        let bounds = (f.bounds.lo, f.bounds.hi);
-        if self.live.as_ref().is_none_or(|(of, _)| *of != bounds) {
-            self.live = Some((bounds, LiveMesh::new(*f.bounds)));
-        }
-        let f = self.scene.frame();
-        let Some((_, live)) = &mut self.live else { return Uint32Array::new_with_length(0) };
-        live.update(&f.floaters.points, &f.floaters.normals, &f.floaters.id, f.spacing);
-        Uint32Array::from(live.mesh().faces.as_flattened())
     }
 
     /// |F|/|∇F| at each floater.

@@ -3,9 +3,11 @@
 //! Texts in and out are JSON of the shapes in `web/src/client/protocol.ts`; columns are typed arrays of their own, which can be transferred. What goes wrong
 //! is thrown as the JSON of a `Failure`. A panic ends the module: `panicked` tells JavaScript why before it does.
 
+#[cfg(feature = "jobs")]
 mod export;
 mod failure;
 mod frame;
+#[cfg(feature = "jobs")]
 mod mesh;
 mod open;
 mod report;
@@ -33,8 +35,6 @@ pub struct Core {
     pub(crate) scene: Scene,
     /// What the next frame tells of the steps since the last one.
     pub(crate) since: frame::Since,
-    /// Triangles over the floaters, and the bounds that they end on.
-    pub(crate) live: Option<(frame::Corners, isoswarm_geometry::LiveMesh)>,
 }
 
 #[wasm_bindgen]
@@ -43,7 +43,7 @@ impl Core {
     pub fn open(source: &str, floaters: &[f64]) -> Answer<Core> {
         let scene = open::open(source, floaters)?;
         let since = frame::Since::of(&scene);
-        Ok(Core { scene, since, live: None })
+        Ok(Core { scene, since })
     }
 
     /// Carries a command out and gives the change. `tell(done, of, remaining)` is called once a step; true ends the command.

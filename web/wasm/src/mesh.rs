@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use isoswarm_geometry::{MeshFormat, MeshOptions, Meshed, Resolution, mesh};
+use isoswarm_field::Aabb;
+use isoswarm_geometry::{LiveMesh, MeshFormat, MeshOptions, Meshed, Resolution, mesh};
 use isoswarm_particles::Stop;
 use js_sys::{Float32Array, Uint8Array, Uint32Array};
 use wasm_bindgen::prelude::*;
@@ -48,6 +49,43 @@ impl Triangles {
         let mut out = Vec::new();
         format.write(&self.0.mesh, &mut out).map_err(|e| Failure::input(e.to_string()))?;
         Ok(Uint8Array::from(&out[..]))
+    }
+}
+
+/// Triangles over floaters that follow them from call to call.
+#[wasm_bindgen]
+#[derive(Default)]
+pub struct Live(Option<([f64; 6], LiveMesh)>);
+
+#[wasm_bindgen]
+impl Live {
+    /// None yet.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Live {
+        Live::default()
+    }
+
+    /// Triangles over the floaters, 3 numbers of rows each. Their points and normals have 3 numbers each; the surface ends on the box
+    /// of which these are the smallest and the largest corner.
+    pub fn faces(
+        &mut self,
+        bounds: &[f64],
+        points: &[f64],
+        normals: &[f64],
+        ids: &[u32],
+        spacing: f64,
+    ) -> Answer<Uint32Array> {
+        let Ok(bounds) = <[f64; 6]>::try_from(bounds) else {
+            return Err(Failure::input("expected two corners of a box").into());
+        };
+        if self.0.as_ref().is_none_or(|(of, _)| *of != bounds) {
+            let corner = |k: usize| [bounds[k], bounds[k + 1], bounds[k + 2]];
+            self.0 = Some((bounds, LiveMesh::new(Aabb { lo: corner(0), hi: corner(3) })));
+        }
+        let Some((_, live)) = &mut self.0 else { return Ok(Uint32Array::new_with_length(0)) };
+        let ids: Vec<u64> = ids.iter().map(|id| u64::from(*id)).collect();
+        live.update(points.as_chunks().0, normals.as_chunks().0, &ids, spacing);
+        Ok(Uint32Array::from(live.mesh().faces.as_flattened()))
     }
 }
 

@@ -4,6 +4,7 @@
 
 use rustc_hash::FxHashMap;
 
+use crate::arrange::Arrange;
 use crate::closed::{After, Closer, Piece, Source};
 use crate::op::Op;
 use crate::program::Program;
@@ -146,7 +147,7 @@ impl Cone<'_> {
             k += 1;
         }
         self.list.iter().for_each(|&i| self.seen[i as usize] = false);
-        self.list.sort_unstable();
+        self.list.arrange();
         &self.list
     }
 }

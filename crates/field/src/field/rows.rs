@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use rayon::prelude::*;
 
 use super::Field;
+use crate::arrange::Arrange;
 use crate::bumps::{Sum, Terms};
 use crate::closed::{Closer, Source};
 use crate::kernel::{Batch, Columns, Want, run};
@@ -112,7 +113,7 @@ fn spatial_order(points: &[[f64; 3]]) -> Vec<u32> {
         (0..3).fold(0, |k, a| k | spread((((p[a] - b.lo[a]) * inverse) as u64).min(CELLS as u64 - 1)) << a)
     };
     let keys: Vec<u64> = points.iter().map(key).collect();
-    order.sort_by_key(|&i| keys[i as usize]);
+    order.arrange_by_key(|&i| keys[i as usize]);
     order
 }
 
@@ -223,7 +224,7 @@ impl Pairs {
         }
         self.near.clear();
         self.near.extend(near.map(|t| (terms.shape(t) as u32, t)));
-        self.near.sort_by_key(|n| n.0);
+        self.near.arrange_by_key(|n| n.0);
         self.columns.clear();
         for &(_, term) in &self.near {
             for column in terms.sources(term).iter().filter_map(|s| table.column(*s)) {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::{FORMAT, MAX_BYTES, MAX_NODES, NodeRecord, ParamRecord, VERSION};
 use crate::FieldError;
+use crate::arrange::Arrange;
 use crate::model::{Callback, Kind, Model, Param, Payload, PayloadKind, kind, kinds};
 use crate::text::suggestion;
 use crate::vm::Program;
@@ -69,7 +70,7 @@ pub fn from_json_with(
     let mut missing: Vec<&str> =
         file.nodes.iter().filter_map(|n| n.function.as_deref()).filter(|f| functions(f).is_none()).collect();
     if !missing.is_empty() {
-        missing.sort_unstable();
+        missing.arrange();
         missing.dedup();
         return fail(
             0,
@@ -126,7 +127,7 @@ fn node(
         (PayloadKind::Callback, r.function.is_some()),
     ];
     if let Some((extra, _)) = given.iter().find(|(p, present)| *present && *p != k.payload) {
-        return invalid(format!("it has no place for {extra:?}").to_lowercase());
+        return invalid(format!("it has no place for {extra:?}").to_ascii_lowercase());
     }
     let payload = match k.payload {
         PayloadKind::None => Some(Payload::None),
@@ -143,7 +144,7 @@ fn node(
         PayloadKind::Callback => r.function.and_then(|name| functions(&name)).map(Payload::Callback),
     };
     let Some(payload) = payload else {
-        return invalid(format!("{:?} is missing", k.payload).to_lowercase());
+        return invalid(format!("{:?} is missing", k.payload).to_ascii_lowercase());
     };
     let params: Result<Vec<Param>, _> =
         r.params.into_iter().enumerate().map(|(i, p)| param(k, i, p, models)).collect();
@@ -151,7 +152,7 @@ fn node(
     if let Payload::Callback(function) = &payload {
         // By name: the function may have come to list them in another order since the file was written.
         let order = function.parameters();
-        params.sort_by_key(|p| order.iter().position(|o| o.name == p.name).unwrap_or(usize::MAX));
+        params.arrange_by_key(|p| order.iter().position(|o| o.name == p.name).unwrap_or(usize::MAX));
     }
     let operands: Result<Vec<Model>, _> = r.operands.into_iter().map(|place| refer(models, place)).collect();
     let m = Model::new(k, params, operands?, payload)?;

@@ -38,7 +38,7 @@ const PIO4: [f64; 2] = [core::f64::consts::FRAC_PI_4, 3.061616997868383e-17];
 const ATAN_HALF: [f64; 2] = [0.4636476090008061, 2.2698777452961687e-17];
 
 /// base + sign atan(a / b) for 0 <= a <= b; `negative` has the sign bit set for sign = -1.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn atan_ratio(a: f64, b: f64, base: f64, base_lo: f64, negative: f64) -> f64 {
     // atan(a / b) = atan c + atan((a - c b) / (b + c a)) for c = 0, 1/2, 1; a - c b is exact by Sterbenz's lemma.
     let one = a > 0.6875 * b;
@@ -60,7 +60,7 @@ fn atan_ratio(a: f64, b: f64, base: f64, base_lo: f64, negative: f64) -> f64 {
 /// Inverse tangent, within [-pi / 2, pi / 2] (the doubles next to it).
 ///
 /// Error below [`ATAN_ULPS`](super::ATAN_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn atan(x: f64) -> f64 {
     let ax = x.abs();
@@ -77,7 +77,7 @@ pub fn atan(x: f64) -> f64 {
 /// Signs of zeros count as in IEEE 754: atan2(+-0, x) is +-0 for x = +0 or above, +-pi for x = -0 or below; of two
 /// infinities the angle is an odd multiple of pi / 4. NaN if either is NaN. Error below
 /// [`ATAN2_ULPS`](super::ATAN2_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn atan2(y: f64, x: f64) -> f64 {
     let (ay, ax) = (y.abs(), x.abs());
@@ -107,7 +107,7 @@ struct Arc {
     small: bool,
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn arc(a: f64) -> Arc {
     let small = a <= 0.5;
     let half = 0.5 * (1.0 - a);
@@ -119,7 +119,7 @@ fn arc(a: f64) -> Arc {
 /// Inverse sine, within [-pi / 2, pi / 2]; NaN for |x| > 1.
 ///
 /// Error below [`ASIN_ULPS`](super::ASIN_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn asin(x: f64) -> f64 {
     let Arc { s, rest, small } = arc(x.abs());
@@ -131,7 +131,7 @@ pub fn asin(x: f64) -> f64 {
 /// Inverse cosine, within [0, pi]; NaN for |x| > 1.
 ///
 /// Error below [`ACOS_ULPS`](super::ACOS_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn acos(x: f64) -> f64 {
     let Arc { s, rest, small } = arc(x.abs());

@@ -8,25 +8,25 @@ const SPLIT_MASK: u64 = !0x07ff_ffff;
 const SIGN: u64 = 1 << 63;
 
 /// `if c { a } else { b }`, as a select: both sides are already computed.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn sel(c: bool, a: f64, b: f64) -> f64 {
     core::hint::select_unpredictable(c, a, b)
 }
 
 /// x with its sign flipped where the sign bit of `s` is set.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn xor_sign(x: f64, s: f64) -> f64 {
     f64::from_bits(x.to_bits() ^ (s.to_bits() & SIGN))
 }
 
 /// a where the mask is all ones, b where it is zero.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn blend(mask: u64, a: f64, b: f64) -> f64 {
     f64::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 /// a + b = s + e exactly, for any order of magnitudes.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     let t = s - a;
@@ -34,7 +34,7 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// a + b = s + e exactly, for |a| >= |b| or a = 0.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     (s, b - (s - a))
@@ -42,7 +42,7 @@ pub(super) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
 
 /// a b = p + e, with |error of e| <= 2^-105 |p|: Dekker's product, the halves cut by a mask so that it cannot
 /// overflow before p does.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn two_prod(a: f64, b: f64) -> (f64, f64) {
     let ah = f64::from_bits(a.to_bits() & SPLIT_MASK);
     let bh = f64::from_bits(b.to_bits() & SPLIT_MASK);
@@ -52,7 +52,7 @@ pub(super) fn two_prod(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// c0 + c1 x + c2 x^2 + ...: Horner's scheme in x^2 for the even and the odd terms, two shorter chains side by side.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn poly<const N: usize>(x: f64, c: &[f64; N]) -> f64 {
     let y = x * x;
     let (mut a, mut b) = (c[N - 1], c[N - 2]);

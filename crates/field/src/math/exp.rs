@@ -26,7 +26,7 @@ struct Reduced {
     lo: f64,
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn reduce(x: f64, lo: f64) -> Reduced {
     let t = x * LOG2_E + MAGIC;
     let k = t - MAGIC;
@@ -38,7 +38,7 @@ fn reduce(x: f64, lo: f64) -> Reduced {
 }
 
 /// 2^a and 2^b with a + b = k + shift, so that neither factor overflows where their product with [0.7, 1.5] does not.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn powers(bits: u64, shift: i64) -> (f64, f64) {
     let e = bits.wrapping_sub(MAGIC.to_bits()).wrapping_add((2046 + shift) as u64);
     let a = (e >> 1) & 0x7ff;
@@ -47,7 +47,7 @@ fn powers(bits: u64, shift: i64) -> (f64, f64) {
 }
 
 /// e^(x + lo) for |lo| <= ulp(x); x beyond the range of results is cut, NaN stays NaN.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn exp_pair(x: f64, lo: f64) -> f64 {
     let high = x > 710.0;
     let low = x < -746.0;
@@ -61,14 +61,14 @@ pub(super) fn exp_pair(x: f64, lo: f64) -> f64 {
 /// e^x. Overflows to +inf above 709.78, underflows through the subnormals to 0 below -745.13.
 ///
 /// Error below [`EXP_ULPS`](super::EXP_ULPS); NaN gives NaN.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn exp(x: f64) -> f64 {
     exp_pair(x, 0.0)
 }
 
 /// (e^a - 1) 2^-SHIFT for a >= 0 or NaN; +inf for a > 710.6, where sinh and cosh have overflowed.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn exp_m1_scaled<const SHIFT: i64>(a: f64) -> f64 {
     let a = sel(a > 720.0, 720.0, a);
     let r = reduce(a, 0.0);
@@ -86,7 +86,7 @@ fn exp_m1_scaled<const SHIFT: i64>(a: f64) -> f64 {
 /// Hyperbolic sine: odd, overflows to an infinity beyond |x| = 710.47.
 ///
 /// Error below [`SINH_ULPS`](super::SINH_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn sinh(x: f64) -> f64 {
     let a = x.abs();
@@ -100,7 +100,7 @@ pub fn sinh(x: f64) -> f64 {
 /// Hyperbolic cosine: even, overflows to +inf beyond |x| = 710.47.
 ///
 /// Error below [`COSH_ULPS`](super::COSH_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn cosh(x: f64) -> f64 {
     // With E = e^|x| - 1 and h = E / 2: cosh x = (E + 1 + 1 / (E + 1)) / 2 = 1 + 2 h^2 / (2 h + 1).
@@ -113,7 +113,7 @@ pub fn cosh(x: f64) -> f64 {
 /// Hyperbolic tangent: odd, within [-1, 1].
 ///
 /// Error below [`TANH_ULPS`](super::TANH_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn tanh(x: f64) -> f64 {
     let a = x.abs();

@@ -36,7 +36,7 @@ struct Parts {
     m: f64,
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn parts(x: f64) -> Parts {
     let subnormal = x < f64::MIN_POSITIVE;
     let bits = sel(subnormal, x * TWO_52, x).to_bits();
@@ -49,7 +49,7 @@ fn parts(x: f64) -> Parts {
 /// Natural logarithm. ln 0 = -inf (either zero), ln inf = inf, ln x = NaN for x < 0 and NaN.
 ///
 /// Error below [`LN_ULPS`](super::LN_ULPS), subnormals included.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn ln(x: f64) -> f64 {
     let Parts { k, m } = parts(x);
@@ -67,7 +67,7 @@ pub fn ln(x: f64) -> f64 {
 }
 
 /// ln x = h + l with a relative error below 2^-64, for finite x > 0; finite garbage for 0, infinities and NaN.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 pub(super) fn ln_pair(x: f64) -> (f64, f64) {
     let Parts { k, m } = parts(x);
     let f = m - 1.0;

@@ -60,35 +60,35 @@ pub const TANH_ULPS: f64 = 3.0;
 pub const CBRT_ULPS: f64 = 1.0;
 
 /// Square root, correctly rounded; NaN for x < 0.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn sqrt(x: f64) -> f64 {
     x.sqrt()
 }
 
 /// Absolute value, exact.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn abs(x: f64) -> f64 {
     x.abs()
 }
 
 /// Largest integer not above x, exact.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn floor(x: f64) -> f64 {
     x.floor()
 }
 
 /// Smallest integer not below x, exact.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn ceil(x: f64) -> f64 {
     x.ceil()
 }
 
 /// Nearest integer, ties to the even one (as Python's `round`), exact.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn round(x: f64) -> f64 {
     x.round_ties_even()
@@ -98,21 +98,21 @@ pub fn round(x: f64) -> f64 {
 ///
 /// In exact arithmetic it lies in [0, b) for b > 0. With rounding it can reach b, or miss 0 by the rounding of a / b
 /// times b. NaN for b = 0 and for infinities.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn modulo(a: f64, b: f64) -> f64 {
     a - b * (a / b).floor()
 }
 
 /// The smaller of a and b; NaN if either is NaN. Of equal values (+0 and -0) it is b.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn min(a: f64, b: f64) -> f64 {
     sel((a < b) | a.is_nan(), a, b)
 }
 
 /// The larger of a and b; NaN if either is NaN. Of equal values (+0 and -0) it is b.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn max(a: f64, b: f64) -> f64 {
     sel((a > b) | a.is_nan(), a, b)

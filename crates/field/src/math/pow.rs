@@ -9,7 +9,7 @@ const TWO_54: f64 = 4.0 * TWO_52;
 const TWO_MINUS_18: f64 = 1.0 / 262_144.0;
 
 /// Is a >= 0 an integer?
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn is_integer(a: f64) -> bool {
     ((a + TWO_52) - TWO_52 == a) | (a >= TWO_52)
 }
@@ -19,7 +19,7 @@ fn is_integer(a: f64) -> bool {
 /// A negative x has a power for integer y, of the sign (-1)^y, and NaN for others. x^0 = 1 and 1^y = 1 also for NaN.
 /// 0^y is 0 for y > 0 and inf for y < 0 (of the sign of x for odd y). Error below [`POW_ULPS`](super::POW_ULPS) over
 /// the whole range; a result that is a double below 2^53 (small integers to small integers) is exact.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn pow(x: f64, y: f64) -> f64 {
     let (ax, ay) = (x.abs(), y.abs());
@@ -53,7 +53,7 @@ const CBRT_POLY: [f64; 5] = [
 /// Cube root: odd, defined for all x.
 ///
 /// Error below [`CBRT_ULPS`](super::CBRT_ULPS).
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn cbrt(x: f64) -> f64 {
     let a = x.abs();

@@ -43,7 +43,7 @@ struct Quadrant {
     bits: u64,
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn quadrant(x: f64) -> Quadrant {
     // 0 x is NaN for infinities.
     let x = sel(x.abs() <= TRIG_RANGE, x, 0.0 * x);
@@ -67,13 +67,13 @@ fn quadrant(x: f64) -> Quadrant {
     Quadrant { sin, cos, odd: (bits & 1).wrapping_neg(), bits }
 }
 
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 fn negate_if(x: f64, bit1: u64) -> f64 {
     f64::from_bits(x.to_bits() ^ ((bit1 & 2) << 62))
 }
 
 /// Sine and cosine of x radians, for little more than the price of one of them.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     let Quadrant { sin, cos, odd, bits } = quadrant(x);
@@ -83,7 +83,7 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
 /// Sine of x radians, within [-1, 1].
 ///
 /// Error below [`SIN_ULPS`](super::SIN_ULPS) for |x| <= [`TRIG_ACCURATE`], which see for larger x.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn sin(x: f64) -> f64 {
     sin_cos(x).0
@@ -92,7 +92,7 @@ pub fn sin(x: f64) -> f64 {
 /// Cosine of x radians, within [-1, 1].
 ///
 /// Error below [`COS_ULPS`](super::COS_ULPS) for |x| <= [`TRIG_ACCURATE`], which see for larger x.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn cos(x: f64) -> f64 {
     sin_cos(x).1
@@ -101,7 +101,7 @@ pub fn cos(x: f64) -> f64 {
 /// Tangent of x radians.
 ///
 /// Error below [`TAN_ULPS`](super::TAN_ULPS) for |x| <= [`TRIG_ACCURATE`], which see for larger x.
-#[inline(always)]
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
 #[must_use]
 pub fn tan(x: f64) -> f64 {
     let Quadrant { sin, cos, odd, .. } = quadrant(x);

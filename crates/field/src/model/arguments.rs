@@ -2,6 +2,7 @@
 
 use super::{Category, Kind, Layout, Model, Operands, Param, Payload, PayloadKind, kind, kinds};
 use crate::FieldError;
+use crate::arrange::Arrange;
 use crate::text::suggestion;
 
 /// An argument.
@@ -300,7 +301,7 @@ fn monomial_arguments(
         v.store(&mut params[i]);
     }
     let mut order: Vec<usize> = (0..exponents.len()).collect();
-    order.sort_by_key(|&i| {
+    order.arrange_by_key(|&i| {
         let [x, y, z] = exponents[i];
         (x as u32 + y as u32 + z as u32, z, y)
     });

@@ -8,6 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::parameters::Names;
 use super::{Callback, Model, Operands, Payload, guarded};
 use crate::FieldError;
+use crate::arrange::Arrange;
 use crate::text::suggestion;
 
 /// A node of a model, as a list of its parts shows it.
@@ -199,7 +200,7 @@ impl Model {
         let old = self.node(path)?;
         let n = old.operands().len();
         let mut sorted = order.to_vec();
-        sorted.sort_unstable();
+        sorted.arrange();
         if sorted.iter().copied().ne(0..n) {
             return Err(FieldError::Invalid(format!(
                 "the order of `{path}` needs each of 0 to {} once, given {order:?}",

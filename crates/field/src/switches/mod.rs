@@ -4,6 +4,7 @@
 
 mod search;
 
+use crate::arrange::Arrange;
 use crate::dual::Dual;
 use crate::op::{Op, apply};
 use crate::plain::operands;
@@ -141,7 +142,7 @@ impl<'a> Switches<'a> {
                 _ => return Vec::new(),
             }
         }
-        found.sort_unstable();
+        found.arrange();
         found.dedup();
         found
     }

@@ -17,6 +17,7 @@ mod parser;
 mod print;
 mod suggest;
 
+pub(crate) use lexer::number as read_number;
 pub use parser::{MAX_NESTING, MAX_TEXT, Options, parse, parse_with};
 pub(crate) use print::number;
 pub(crate) use suggest::suggestion;

@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 use super::lexer::{Token, error_at, is_identifier, short, tokens};
 use super::suggestion;
 use crate::FieldError;
+use crate::arrange::Arrange;
 use crate::model::{Category, Model, PayloadKind, Value, kind, kinds};
 
 /// Longest text in bytes.
@@ -79,7 +80,7 @@ pub fn parse_with(text: &str, parameters: &[(&str, f64)], options: Options) -> R
     let model = parser.whole()?;
     let mut unused: Vec<&str> =
         parser.parameters.iter().filter(|(_, (_, used))| !used).map(|(name, _)| name.as_str()).collect();
-    unused.sort_unstable();
+    unused.arrange();
     if let Some(name) = unused.first() {
         return Err(FieldError::Invalid(format!(
             "the parameter `{name}` is given a value but does not occur in the formula"

@@ -1,5 +1,7 @@
 //! Guesses what a misspelt name was meant to be.
 
+use crate::arrange::Arrange;
+
 /// Number of letters to insert, delete, replace or swap (with the next) to turn `a` into `b`.
 fn distance(a: &[char], b: &[char]) -> usize {
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
@@ -24,16 +26,16 @@ fn distance(a: &[char], b: &[char]) -> usize {
 
 /// `; did you mean …?` with the nearest of the known names, or nothing where none is near.
 pub(crate) fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let wanted: Vec<char> = name.chars().take(64).flat_map(char::to_lowercase).collect();
+    let wanted: Vec<char> = name.chars().take(64).map(|c| c.to_ascii_lowercase()).collect();
     let most = 1 + wanted.len() / 4;
     let mut best: Vec<(usize, &str)> = known
         .map(|k| {
-            let letters: Vec<char> = k.chars().take(64).flat_map(char::to_lowercase).collect();
+            let letters: Vec<char> = k.chars().take(64).map(|c| c.to_ascii_lowercase()).collect();
             (distance(&wanted, &letters), k)
         })
         .filter(|(d, k)| *d <= most && *d < k.chars().count())
         .collect();
-    best.sort();
+    best.arrange();
     best.dedup();
     let nearest = best.first().map_or(0, |b| b.0);
     best.retain(|b| b.0 == nearest);

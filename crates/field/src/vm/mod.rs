@@ -17,6 +17,7 @@ use rustc_hash::FxHashMap;
 
 use crate::graph::Expr;
 use crate::model::{Model, Payload, kinds};
+use crate::text::read_number;
 use crate::{FieldError, Graph, Node, Op};
 
 /// Largest size of a file in bytes.
@@ -112,8 +113,8 @@ impl Program {
             };
             let step = if op == "const" {
                 count(1)?;
-                match words[0].parse::<f64>() {
-                    Ok(v) if v.is_finite() => Step::Const(v),
+                match read_number(words[0]) {
+                    Some(v) if v.is_finite() => Step::Const(v),
                     _ => {
                         return fail(
                             number,

@@ -1,5 +1,6 @@
 //! The rule of Szeliski and Tonnesen (SIGGRAPH '92, section 5), to compare with.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, add, cross, distance, dot, scale, sub};
 use isoswarm_particles::{Neighbors, Reach, same_sheet};
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ pub(super) fn triangles(points: &[V3], normals: &[V3], spacing: &[f64]) -> Vec<[
             let mut out = Vec::new();
             for i in c * 256..((c + 1) * 256).min(points.len()) {
                 let mut near = lists.of(i).to_vec();
-                near.sort_unstable();
+                near.arrange();
                 for (k, &a) in near.iter().enumerate().filter(|(_, a)| **a as usize > i) {
                     for &b in &near[k + 1..] {
                         let t = [i, a as usize, b as usize];

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, cross, dot, sub};
 use isoswarm_particles::creases::Creases;
 
@@ -25,7 +26,7 @@ impl Segments {
         let all = creases.into_iter().flat_map(|c| &c.edges).flat_map(|e| e.segments());
         let mut pairs: Vec<(u32, u32)> =
             all.filter(|[a, b]| a != b).map(|[a, b]| (a.min(b), a.max(b))).collect();
-        pairs.sort_unstable();
+        pairs.arrange();
         pairs.dedup();
         Self { pairs }
     }

@@ -1,5 +1,6 @@
 //! Triangles of a mesh that pass through each other.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, along, cross, dot, norm, sub};
 use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
@@ -60,7 +61,7 @@ impl Mesh {
             })
             .collect();
         let mut all = parts.concat();
-        all.sort_unstable();
+        all.arrange();
         all.truncate(MOST);
         all
     }

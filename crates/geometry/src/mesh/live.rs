@@ -5,6 +5,7 @@
 //! longer face as their vertices do: then all is stitched anew.
 
 use isoswarm_field::Aabb;
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, cross, distance, dot, norm, sub};
 use isoswarm_particles::Grid;
 use rayon::prelude::*;
@@ -152,7 +153,7 @@ impl LiveMesh {
 fn renumber(old: &[u64], new: &[u64]) -> (Vec<u32>, Vec<u32>) {
     let sorted = |ids: &[u64]| {
         let mut rows: Vec<(u64, u32)> = ids.iter().zip(0..).map(|(&id, row)| (id, row)).collect();
-        rows.sort_unstable();
+        rows.arrange();
         rows
     };
     let (a, b) = (sorted(old), sorted(new));
@@ -168,7 +169,7 @@ fn renumber(old: &[u64], new: &[u64]) -> (Vec<u32>, Vec<u32>) {
             _ => born.push(row),
         }
     }
-    born.sort_unstable();
+    born.arrange();
     (now, born)
 }
 
@@ -202,7 +203,7 @@ fn bury(triangles: &mut Triangles, points: &[V3], dead: &[u32]) -> bool {
         let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { return false };
         let mut order: Vec<usize> = (0..fan.len()).collect();
         let way = |k: &usize| distance(points[fan[*k].1 as usize], points[v as usize]);
-        order.sort_unstable_by(|i, j| way(i).total_cmp(&way(j)).then(i.cmp(j)));
+        order.arrange_by(|i, j| way(i).total_cmp(&way(j)).then(i.cmp(j)));
         let Some(&k) = order.iter().find(|&&k| triangles.may_collapse(&fan, k)) else { return false };
         triangles.collapse(v, &fan, k);
         let n = fan.len();
@@ -246,7 +247,7 @@ fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], 
                 near.push((d, v));
             }
         });
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.arrange_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut found = None;
         for &(_, v) in near.iter().take(6) {
             let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { continue };

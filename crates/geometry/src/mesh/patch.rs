@@ -6,6 +6,7 @@
 //! Towards a pole lengths along the edge shrink to nothing; the plane is stretched the other way as much, as in Mercator's
 //! map, so that a disc on the surface stays about a disc and the samples around the pole stand in a row before its edge.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{distance, norm};
 use isoswarm_particles::Error;
 use isoswarm_particles::parametric::{Domain, Patch, PatchSamples, Wrap};
@@ -62,7 +63,7 @@ pub fn mesh_patch(patch: &Patch<'_>, samples: &PatchSamples) -> Result<Mesh, Err
             faces.push([a, b, c]);
         }
     }
-    faces.sort_unstable();
+    faces.arrange();
     let mut triangles = Triangles::new(faces);
     triangles.delaunay(&samples.points, |_, _| false);
     Ok(Mesh {

@@ -1,5 +1,6 @@
 //! What stitching left open is closed by more vertices, around the places where it is open.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, cross, distance, dot, scale, sub, unit};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles::Grid;
@@ -117,7 +118,7 @@ pub(super) fn open_places(vertices: &Vertices, triangles: &Triangles, left_out: 
         }
     }
     out.extend(triangles.pinched(vertices.len()));
-    out.sort_unstable();
+    out.arrange();
     out.dedup();
     out
 }

@@ -1,5 +1,6 @@
 //! What is known of a mesh.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, dot};
 use isoswarm_field::{FieldError, Surface};
 use isoswarm_particles::{Samples, Status};
@@ -136,7 +137,7 @@ impl MeshReport {
         if parts != known && !mesh.faces.is_empty() {
             self.warnings.push(format!("the mesh has {parts} components, the swarm {known}"));
         }
-        self.doubtful.sort_by(|p, q| p.partial_cmp(q).unwrap_or(std::cmp::Ordering::Equal));
+        self.doubtful.arrange_by(|p, q| p.partial_cmp(q).unwrap_or(std::cmp::Ordering::Equal));
         self.doubtful.dedup();
         let bent = self.bent(mesh);
         if !bent.is_empty() {

@@ -1,5 +1,6 @@
 //! The sides of triangles by the edge they lie on.
 
+use isoswarm_field::arrange::Arrange;
 use rayon::prelude::*;
 
 /// A side of a face: the smaller and the larger of its vertices, and three times the number of the face plus that of the corner where it
@@ -44,7 +45,7 @@ pub(crate) fn sides(vertices: usize, faces: &[[u32; 3]], good: impl Fn(usize) ->
     parts.into_par_iter().for_each(|(first, last, part)| {
         for v in first..last {
             let (from, to) = (start[v] - start[first], start[v + 1] - start[first]);
-            part[from as usize..to as usize].sort_unstable();
+            part[from as usize..to as usize].arrange();
         }
     });
     out

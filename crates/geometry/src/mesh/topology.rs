@@ -1,5 +1,6 @@
 //! The one check that all meshes must pass: is it a manifold, consistently oriented, closed, and of which topology?
 
+use isoswarm_field::arrange::Arrange;
 use std::fmt;
 
 use super::sides::sides;
@@ -219,7 +220,7 @@ impl Topology {
         open.iter().for_each(|&(a, b)| loops.join(a, b));
         self.boundary_of = vec![0; many];
         let mut roots: Vec<u32> = open.iter().map(|&(a, _)| loops.root(a)).collect();
-        roots.sort_unstable();
+        roots.arrange();
         roots.dedup();
         self.boundaries = roots.len();
         for r in roots {

@@ -5,6 +5,7 @@
 //! as they can be without touching what the earlier ones achieved. Plain loops in a fixed order: the same bits on any number of
 //! threads and at any vector width.
 
+use isoswarm_field::arrange::Arrange;
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -69,7 +70,7 @@ impl Factors {
         // The rows of each precedence together, in their order.
         let mut order: Vec<usize> = (0..n).collect();
         if !precedence.is_sorted() {
-            order.sort_by_key(|&i| precedence[i]);
+            order.arrange_by_key(|&i| precedence[i]);
             rows = order.iter().flat_map(|&i| &rows[i * width..(i + 1) * width]).copied().collect();
         }
         let mut norms: Vec<f64> = rows.chunks_exact(width.max(1)).map(|r| dot(r, r)).collect();

@@ -7,6 +7,7 @@
 
 use super::factor::reflect;
 use super::sums::dot;
+use isoswarm_field::arrange::Arrange;
 
 /// The columns that a row shares with others, made triangular.
 #[derive(Clone, Debug)]
@@ -98,7 +99,7 @@ impl Folder {
                 support.push(t);
             }
         }
-        support.sort_unstable();
+        support.arrange();
         support.iter().enumerate().for_each(|(r, &t)| place[t] = r);
         support
     }

@@ -1,5 +1,6 @@
 //! Following one crease from a point on it to where it ends.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::switches::{Desk, Route};
 use isoswarm_field::{Aabb, FieldError, Surface};
 
@@ -237,7 +238,7 @@ impl Tracer<'_> {
                 found.push((way, c));
             }
         }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.arrange_by(|a, b| a.0.total_cmp(&b.0));
         found.into_iter().map(|f| f.1).collect()
     }
 

@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{FieldError, Surface};
 
 use super::lines::Roots;
@@ -137,7 +138,7 @@ impl Shortest {
     }
 
     fn prune(row: &mut Vec<(f64, u32, u32)>) {
-        row.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        row.arrange_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
         row.dedup();
         row.truncate(WALKS);
     }

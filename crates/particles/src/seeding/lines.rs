@@ -4,6 +4,7 @@
 //! roots along lines in all axis directions, each kept with probability 1/Σ|n_a|, are uniform by area, and the sum of
 //! 1/Σ|n_a| over all roots, divided by the density of the lines, is an unbiased estimate of the area.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{Aabb, FieldError};
 
 use super::look;
@@ -202,11 +203,11 @@ pub(crate) fn draw(
             }
         })
         .collect();
-    segments.sort_by_key(|s| s.owner);
+    segments.arrange_by_key(|s| s.owner);
     let mut roots = Roots::default();
     solve(region, run, axes, segments, stations, &mut roots)?;
     let mut of_line: Vec<(u64, u32)> = roots.line.iter().copied().zip(0u32..).collect();
-    of_line.sort_unstable();
+    of_line.arrange();
     let mut out = Vec::new();
     for group in of_line.chunk_by(|a, b| a.0 == b.0) {
         let own = rng.child(group[0].0);
@@ -234,7 +235,7 @@ fn solve(
 ) -> Result<(), FieldError> {
     let hidden = isolate(region, run, &mut brackets, stations)?;
     brackets.extend(hidden);
-    brackets.sort_by_key(|b| b.owner);
+    brackets.arrange_by_key(|b| b.owner);
     refine(region, run, brackets, axes, roots)
 }
 

@@ -280,9 +280,5 @@ fn drop_touching(
 /// The median length of the gradients: what small gradients are compared with.
 fn scale_of(gradients: &[V3]) -> f64 {
     let mut lengths: Vec<f64> = gradients.iter().map(|&g| norm(g)).filter(|l| l.is_finite()).collect();
-    if lengths.is_empty() {
-        return 0.0;
-    }
-    let middle = lengths.len() / 2;
-    *lengths.select_nth_unstable_by(middle, f64::total_cmp).1
+    isoswarm_field::arrange::median(&mut lengths).unwrap_or(0.0)
 }
