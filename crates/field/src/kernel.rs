@@ -354,7 +354,7 @@ impl NullaryFnOnce for RunAny<'_, '_, '_> {
                 }
             }
             if let (Want::Parameters { rows, .. }, Some(full)) = (&want, &mut sink.full) {
-                reverse_uniforms::<f64, B>(rows.program, uniforms, full);
+                reverse_uniforms::<B>(rows.program, uniforms, full);
             }
             let sums = sink.total;
             match &mut want {
