@@ -120,7 +120,7 @@ fn run(surface: &dyn Surface, request: Request) -> PyResult<Samples> {
             amount: request.amount,
             method: request.method,
             density,
-            creases: request.creases,
+            creases: request.creases.then_some(core::creases::find),
             seed: request.seed,
             start: request.start.as_deref(),
             most: request.most,

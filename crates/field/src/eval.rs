@@ -477,6 +477,15 @@ pub(crate) fn reverse_uniforms<const B: usize>(
         let g = sink.rows[sink.row_of[i] as usize];
         let [a, b, _] = args.map(|s| values[s as usize]);
         let r = values[i];
+        if SMALL {
+            for k in (0..op.arity()).filter(|&k| !is_flat(op, k)) {
+                if !sink.wants(args[k]) {
+                    continue;
+                }
+                sink.add(args[k], |j| pull(op, k, g[j], a, b, r));
+            }
+            continue;
+        }
         // One copy for each operation: to choose it again for every point of the block costs more than the sums.
         macro_rules! run {
             ($op:expr) => {{

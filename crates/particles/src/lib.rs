@@ -41,7 +41,9 @@ pub use constraint::floater_velocity;
 pub use curvature::principal_curvatures;
 pub use error::Error;
 pub use neighbors::{Grid, Neighbors, Reach, spatial_order};
-pub use options::{Amount, Density, DensityFn, Method, Options, Phase, Progress, ProgressFn, Stop};
+pub use options::{
+    Amount, Density, DensityFn, FindCreases, Method, Options, Phase, Progress, ProgressFn, Stop,
+};
 pub use project::project;
 pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;

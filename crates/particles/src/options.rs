@@ -3,6 +3,11 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
+use isoswarm_field::{Aabb, Surface};
+
+use crate::Error;
+use crate::creases::{CreaseOptions, Creases};
+
 /// How many samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Amount {
@@ -103,6 +108,10 @@ impl Stop {
 /// there is so far is returned, marked as not converged.
 pub type ProgressFn<'a> = dyn FnMut(&Progress) -> ControlFlow<Stop> + 'a;
 
+/// A search for creases: [`creases::find`](crate::creases::find).
+pub type FindCreases =
+    fn(&dyn Surface, &Aabb, CreaseOptions, &mut dyn FnMut(f64) -> bool) -> Result<Creases, Error>;
+
 /// What [`sample`](crate::sample) is asked for.
 pub struct Options<'a> {
     /// How many samples. Default: 1000.
@@ -112,8 +121,9 @@ pub struct Options<'a> {
     /// Where they are denser ([`Method::Even`], and [`Method::Random`] with a function). Default: uniform.
     pub density: Density<'a>,
     /// Whether samples are placed on the surface's edges and corners, and others kept off them
-    /// ([`Method::Even`], in space): see [`creases`](crate::creases). Default: no.
-    pub creases: bool,
+    /// ([`Method::Even`], in space): `Some(creases::find)`, see [`creases`](crate::creases). It is the search itself, so that a program
+    /// that never asks for it need not hold it. Default: no.
+    pub creases: Option<FindCreases>,
     /// Seed of every random choice. Default: 0.
     pub seed: u64,
     /// Points to start from, from an earlier result on a surface that has changed; with [`Method::Even`].
@@ -132,7 +142,7 @@ impl Default for Options<'_> {
             amount: Amount::Count(1000),
             method: Method::default(),
             density: Density::default(),
-            creases: false,
+            creases: None,
             seed: 0,
             start: None,
             most: 20_000_000,
@@ -148,7 +158,7 @@ impl fmt::Debug for Options<'_> {
             .field("amount", &self.amount)
             .field("method", &self.method)
             .field("density", &self.density)
-            .field("creases", &self.creases)
+            .field("creases", &self.creases.is_some())
             .field("seed", &self.seed)
             .field("start", &self.start.map(<[_]>::len))
             .field("most", &self.most)

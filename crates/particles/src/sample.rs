@@ -3,12 +3,12 @@
 use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
-use crate::creases::{self, CreaseOptions, Creases};
+use crate::creases::{CreaseOptions, Creases};
 use crate::edges::EdgeFloaters;
 use crate::even::{self, Spread, Wish};
 use crate::finish::finish;
 use crate::floaters::modes;
-use crate::options::{Amount, Method, Options, Phase};
+use crate::options::{Amount, FindCreases, Method, Options, Phase};
 use crate::random;
 use crate::report::{Samples, Status};
 use crate::run::Run;
@@ -59,8 +59,10 @@ pub(crate) fn sample_from(
     let Options { amount, method, density, creases, start, most, steps, .. } = options;
     run.tell(Phase::Seeding, 0.05, seeds.points.len());
     let n = population(seeds, amount, most)?;
-    let edged = creases && method == Method::Even;
-    let creases = if edged { find_creases(surface, bounds, seeds, amount, n, run)? } else { None };
+    let creases = match creases.filter(|_| method == Method::Even) {
+        Some(find) => find_creases(find, surface, bounds, seeds, (amount, n), run)?,
+        None => None,
+    };
     let more;
     let mut seeds = seeds;
     if creases.is_some() && aim < n.min(MANY_SEEDS) {
@@ -112,11 +114,11 @@ pub(crate) fn look_for<'s>(
 
 /// The creases, with points at the distance that samples will have; `None` where there are none.
 fn find_creases(
+    find: FindCreases,
     surface: &dyn Surface,
     bounds: &Aabb,
     seeds: &Seeds<'_>,
-    amount: Amount,
-    n: usize,
+    (amount, n): (Amount, usize),
     run: &mut Run<'_>,
 ) -> Result<Option<Creases>, Error> {
     let spacing = match amount {
@@ -125,7 +127,7 @@ fn find_creases(
     };
     let found = {
         let mut tell = |part: f64| run.tell(Phase::Seeding, 0.05 + 0.05 * part, 0);
-        creases::find(surface, bounds, CreaseOptions::new(spacing), &mut tell)?
+        find(surface, bounds, CreaseOptions::new(spacing), &mut tell)?
     };
     run.warnings.extend(found.warnings.iter().cloned());
     let (taken, least) = (found.points.len(), 2 * found.points.len() + seeds.components);

@@ -183,7 +183,11 @@ fn what_is_opaque_says_so() {
 
 fn sampled(formula: &str, half: f64, n: usize) -> isoswarm_particles::Samples {
     use isoswarm_particles::{Amount, Options, Status, sample};
-    let options = Options { amount: Amount::Count(n), creases: true, ..Options::default() };
+    let options = Options {
+        amount: Amount::Count(n),
+        creases: Some(isoswarm_particles::creases::find),
+        ..Options::default()
+    };
     let s = sample(&field(formula), &Aabb::new([-half; 3], [half; 3]), options).unwrap();
     assert_eq!(s.points.len(), n);
     let c = s.creases.as_ref().unwrap();

@@ -95,7 +95,7 @@ pub(super) fn mesh(
                 _ => Amount::Count((n / part(level)).ceil() as usize),
             },
             density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
-            creases: wish.creases,
+            creases: wish.creases.then_some(isoswarm_particles::creases::find),
             most: wish.most,
             progress: Some(&mut tell),
             ..Options::default()

@@ -57,10 +57,19 @@ pub(super) fn sample(
         Some(f) => f(p),
         None => std::ops::ControlFlow::Continue(()),
     };
+    let search: Option<particles::FindCreases> = creases.then_some(particles::creases::find);
     let first = particles::sample(
         surface,
         bounds,
-        Options { amount, density, creases, seed, most, progress: Some(&mut tell), ..Options::default() },
+        Options {
+            amount,
+            density,
+            creases: search,
+            seed,
+            most,
+            progress: Some(&mut tell),
+            ..Options::default()
+        },
     )?;
     let mut out = Sampled { samples: first, evaluations: 0, warnings: Vec::new() };
     let stopped =
@@ -86,7 +95,7 @@ pub(super) fn sample(
         Options {
             amount: Amount::Count(n),
             density: Density::Function(&sizes),
-            creases,
+            creases: search,
             seed,
             most,
             start: Some(&start),

@@ -144,7 +144,10 @@ pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> 
 }
 
 /// [`creases`], with a function that is told which part of the search is done and says whether to go on; else there are none.
-pub(crate) fn find(
+///
+/// # Errors
+/// As for [`creases`].
+pub fn find(
     surface: &dyn Surface,
     bounds: &Aabb,
     options: CreaseOptions,
