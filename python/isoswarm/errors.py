@@ -79,14 +79,14 @@ class CallbackError(IsoswarmError, ValueError):
     """
 
 
-class UnknownParameterError(IsoswarmError, KeyError):
+class UnknownParameterError(IsoswarmError, KeyError, ValueError):
     """A name that no parameter has; the message lists those there are."""
 
     def __str__(self) -> str:
         return str(self.args[0])
 
 
-class UnknownPinError(IsoswarmError, KeyError):
+class UnknownPinError(IsoswarmError, KeyError, ValueError):
     """A number or name that no pin of the scene has; the message lists those there are."""
 
     def __str__(self) -> str:

@@ -134,7 +134,7 @@ def read_atoms(path: str | os.PathLike[str], *, water: bool = False, hydrogens: 
 def _read_structure(file: Path, water: bool, hydrogens: bool) -> tuple[list[str], Floats]:
     try:
         structure = gemmi.read_structure(str(file))
-    except (RuntimeError, ValueError) as error:
+    except (RuntimeError, ValueError, IndexError) as error:
         raise ValueError(f"{file} cannot be read as a PDB or mmCIF file: {error}") from error
     if not water:
         structure.remove_waters()

@@ -100,6 +100,17 @@ def test_the_ways_in_agree(rng: np.random.Generator) -> None:
         (abs(x) + (-y) + (+y) ** 3, lambda x, y: abs(x) - y + y**3),
         (2**x + x % 0.7, lambda x, y: 2**x + x % 0.7),
         (np.log(np.square(x) + 1), lambda x, y: np.log(x * x + 1)),
+        (np.tanh(x) + np.sinh(y) - np.cosh(x), lambda x, y: np.tanh(x) + np.sinh(y) - np.cosh(x)),
+        (np.hypot(x, y) + np.cbrt(x), lambda x, y: np.hypot(x, y) + np.cbrt(x)),
+        (
+            np.exp2(x) + np.log2(x * x + 1) + np.log10(y * y + 1),
+            lambda x, y: 2**x + np.log2(x * x + 1) + np.log10(y * y + 1),
+        ),
+        (
+            np.arcsinh(x) + np.arccosh(y + 4) + np.arctanh(x / 3),
+            lambda x, y: np.arcsinh(x) + np.arccosh(y + 4) + np.arctanh(x / 3),
+        ),
+        (np.sign(x) + np.trunc(3 * y), lambda x, y: np.sign(x) + np.trunc(3 * y)),
         (iso.functions.smoothstep(0, 1, x), lambda x, y: np.clip(x, 0, 1) ** 2 * (3 - 2 * np.clip(x, 0, 1))),
         (iso.functions.less(x, y) * 2, lambda x, y: (x < y) * 2.0),
     ],

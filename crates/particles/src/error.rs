@@ -38,7 +38,7 @@ pub enum Error {
     /// More samples than the limit on points or memory allows.
     #[error(
         "about {estimate:.3e} samples ({bytes:.1e} bytes) would be needed and the limit is {limit}; \
-         ask for a larger spacing or fewer samples, or raise `most`"
+         ask for a larger spacing or fewer samples, or allow more (`most`; `max_samples` in Python)"
     )]
     TooMany {
         /// Estimated number of samples.

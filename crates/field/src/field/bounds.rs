@@ -114,7 +114,11 @@ fn of_tree(model: &Model) -> Option<Aabb> {
         }
         // One that is known is enough.
         "intersection" => parts.flatten().next(),
-        "difference" => parts.next()?,
+        "difference" | "complement" => parts.next()?,
+        "planar" => {
+            let b = parts.next()??;
+            Some(Aabb::new([b.lo[0], b.lo[1], 0.0], [b.hi[0], b.hi[1], 0.0]))
+        }
         "translate" => {
             let (b, by) = (parts.next()??, [value("x")?, value("y")?, value("z")?]);
             Some(Aabb::new([0, 1, 2].map(|a| b.lo[a] + by[a]), [0, 1, 2].map(|a| b.hi[a] + by[a])))

@@ -85,6 +85,11 @@ pub const KINDS: &[Kind] = &[
     function!("square" [], "f²", "The square.", |g, a| g.square(a)),
     function!("cbrt" [], "∛f", "The cube root, also of negative numbers, for |f| < 1e150.", |g, a| cbrt(g, a)),
     function!("exp" [], "e^f", "The exponential function.", |g, a| g.exp(a)),
+    function!("exp2" [], "2^f", "A power of two.", |g, a| {
+        let k = g.constant(std::f64::consts::LN_2);
+        let e = g.mul(k, a);
+        g.exp(e)
+    }),
     function!("ln"["log"], "ln f", "The natural logarithm.", |g, a| g.ln(a)),
     function!("log2" [], "ln f / ln 2", "The logarithm to base 2.", |g, a| {
         let (l, k) = (g.ln(a), g.constant(std::f64::consts::LOG2_E));
@@ -118,6 +123,34 @@ pub const KINDS: &[Kind] = &[
         let below = g.add(e, one);
         let part = g.div(two, below);
         g.sub(one, part)
+    }),
+    function!("asinh" [], "ln(f + √(f² + 1))", "Inverse hyperbolic sine.", |g, a| {
+        let (zero, one, squared) = (g.constant(0.0), g.constant(1.0), g.square(a));
+        let sum = g.add(squared, one);
+        let root = g.sqrt(sum);
+        // Of negative numbers the sum would lose digits.
+        let (up, down) = (g.add(root, a), g.sub(root, a));
+        let (up, down) = (g.ln(up), g.ln(down));
+        let minus = g.neg(down);
+        g.select(a, zero, minus, up)
+    }),
+    function!("acosh" [], "ln(f + √(f² − 1))", "Inverse hyperbolic cosine, for f ≥ 1.", |g, a| {
+        let (one, squared) = (g.constant(1.0), g.square(a));
+        let rest = g.sub(squared, one);
+        let root = g.sqrt(rest);
+        let sum = g.add(a, root);
+        g.ln(sum)
+    }),
+    function!("atanh" [], "ln((1 + f)/(1 − f))/2", "Inverse hyperbolic tangent, for |f| < 1.", |g, a| {
+        let one = g.constant(1.0);
+        let (up, down) = (g.add(one, a), g.sub(one, a));
+        let part = g.div(up, down);
+        let l = g.ln(part);
+        half(g, l)
+    }),
+    function!("trunc" [], "f without its fraction", "The nearest whole number towards 0; derivative 0.", |g, a| {
+        let (zero, up, down) = (g.constant(0.0), g.ceil(a), g.floor(a));
+        g.select(a, zero, up, down)
     }),
     function!("floor" [], "⌊f⌋", "The largest whole number not above; derivative 0.", |g, a| g.floor(a)),
     function!("ceil" [], "⌈f⌉", "The smallest whole number not below; derivative 0.", |g, a| g.ceil(a)),

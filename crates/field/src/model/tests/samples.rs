@@ -92,7 +92,7 @@ pub fn one_of_each() -> Vec<Model> {
             Operands::AtLeast(n) => n.max(3),
         };
         let operand = |i| if k.category == Category::Formula { formula(i) } else { solid(i) };
-        let operands: Vec<Model> = (0..n).map(operand).collect();
+        let mut operands: Vec<Model> = (0..n).map(operand).collect();
         let mut params: Vec<Param> = k.params.iter().map(Param::from_spec).collect();
         let payload = match k.payload {
             PayloadKind::None => Payload::None,
@@ -108,6 +108,10 @@ pub fn one_of_each() -> Vec<Model> {
             }
             PayloadKind::Callback => Payload::Callback(Arc::new(Ball)),
         };
+        if k.name == "acosh" {
+            let above_one = vec![Value::Model(operands[0].clone()), Value::Number(3.0)];
+            operands[0] = Model::call("add", above_one, vec![]).unwrap();
+        }
         match k.layout {
             Layout::Fixed => {}
             Layout::Function => params = Ball.parameters(),
