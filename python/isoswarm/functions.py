@@ -11,10 +11,13 @@ from isoswarm.field import Field, Operand, node
 __all__ = [
     "abs",
     "acos",
+    "acosh",
     "add",
     "asin",
+    "asinh",
     "atan",
     "atan2",
+    "atanh",
     "cbrt",
     "ceil",
     "clamp",
@@ -22,6 +25,7 @@ __all__ = [
     "cosh",
     "div",
     "exp",
+    "exp2",
     "floor",
     "hypot",
     "lerp",
@@ -46,6 +50,7 @@ __all__ = [
     "sub",
     "tan",
     "tanh",
+    "trunc",
     "where",
 ]
 
@@ -313,6 +318,23 @@ def exp(f: Operand) -> Field:
     return node("exp", f)
 
 
+def exp2(f: Operand) -> Field:
+    """A power of two.
+
+    F = 2^f
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+
+    Returns
+    -------
+    Field
+    """
+    return node("exp2", f)
+
+
 def ln(f: Operand) -> Field:
     """The natural logarithm.
 
@@ -534,6 +556,74 @@ def tanh(f: Operand) -> Field:
     Field
     """
     return node("tanh", f)
+
+
+def asinh(f: Operand) -> Field:
+    """Inverse hyperbolic sine.
+
+    F = ln(f + √(f² + 1))
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+
+    Returns
+    -------
+    Field
+    """
+    return node("asinh", f)
+
+
+def acosh(f: Operand) -> Field:
+    """Inverse hyperbolic cosine, for f ≥ 1.
+
+    F = ln(f + √(f² − 1))
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+
+    Returns
+    -------
+    Field
+    """
+    return node("acosh", f)
+
+
+def atanh(f: Operand) -> Field:
+    """Inverse hyperbolic tangent, for |f| < 1.
+
+    F = ln((1 + f)/(1 − f))/2
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+
+    Returns
+    -------
+    Field
+    """
+    return node("atanh", f)
+
+
+def trunc(f: Operand) -> Field:
+    """The nearest whole number towards 0; derivative 0.
+
+    F = f without its fraction
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+
+    Returns
+    -------
+    Field
+    """
+    return node("trunc", f)
 
 
 def floor(f: Operand) -> Field:
