@@ -143,6 +143,8 @@ pub(super) struct Sums {
     reported: Vec<Compensated>,
     check: Vec<Compensated>,
     size: Vec<f64>,
+    /// Sums of the absolute differences of the rules.
+    apart: Vec<f64>,
     /// What the leaves that are not resolved may be off.
     open: Vec<f64>,
 }
@@ -151,7 +153,7 @@ impl Sums {
     pub(super) fn new(integrands: usize) -> Self {
         let zeros = vec![Compensated::default(); BUILT_IN + integrands];
         let none = vec![0.0; zeros.len()];
-        Self { reported: zeros.clone(), check: zeros, size: none.clone(), open: none }
+        Self { reported: zeros.clone(), check: zeros, size: none.clone(), apart: none.clone(), open: none }
     }
 
     /// Adds a leaf; `open` where its rules still differ too much.
@@ -160,6 +162,7 @@ impl Sums {
             self.reported[j].add(leaf.reported[j]);
             self.check[j].add(leaf.check[j]);
             self.size[j] += leaf.size[j];
+            self.apart[j] += leaf.off(j);
             if open || leaf.lost {
                 self.open[j] += leaf.off(j) + if leaf.lost { leaf.size[j] } else { 0.0 };
             }
@@ -176,14 +179,19 @@ impl Sums {
         self.check.iter().map(|s| s.value()).collect()
     }
 
-    /// What each may be off besides the difference of the rules: rounding, and leaves that are not resolved.
+    /// What each may be off besides the difference of the rules: rounding, leaves that are not resolved, and differences that cancel.
     /// `missing` is the area that the mesh may leave out or cover twice: it may hold as much of each integral as the rest does.
     pub(super) fn slack(&self, missing: f64) -> Vec<f64> {
         let part =
             ROUNDING + if missing > 0.0 { missing / self.size[AREA].max(f64::MIN_POSITIVE) } else { 0.0 };
-        self.size.iter().zip(&self.open).map(|(s, o)| part * s + o).collect()
+        let one = |j: usize| part * self.size[j] + self.open[j] + CANCELLED * self.apart[j];
+        (0..self.size.len()).map(one).collect()
     }
 }
+
+/// Part of the absolute differences of the rules that an integral may be off where those of leaves happen to cancel: the rules' own
+/// errors need not cancel as well.
+const CANCELLED: f64 = 0.1;
 
 /// Rounding error of an integral in parts of its absolute values: values and Jacobians carry a few units in the last
 /// place, of either sign.
