@@ -73,6 +73,8 @@ pub(super) fn mesh(
     let Some(extent) = search.extent().filter(|e| e.diagonal() > 0.0) else { return Ok(None) };
     let Some(plans) = plans(surface, &search, &extent, wish)? else { return Ok(None) };
     let mut level = plans.len() - 1;
+    // Few steps will do for a distance, as a rule.
+    let mut roughly = matches!(wish.resolution, Resolution::Error(_));
     let mut evaluations = 0;
     while level > 0 {
         let Some(Plan { n, sizes }) = plans[level] else {
@@ -92,14 +94,11 @@ pub(super) fn mesh(
             density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
             creases: wish.creases,
             most: wish.most,
-            steps: sizes.map(|_| SETTLING),
+            steps: roughly.then_some(SETTLING),
             progress: Some(&mut tell),
             ..Options::default()
         };
-        let sampled = match sizes {
-            Some(_) => search.sample_roughly(options, STEPS),
-            None => search.sample(options),
-        };
+        let sampled = if roughly { search.sample_roughly(options, STEPS) } else { search.sample(options) };
         let samples = match sampled {
             Err(Error::TooFew { .. }) => {
                 level -= 1;
@@ -119,6 +118,11 @@ pub(super) fn mesh(
             return Ok(Some(made));
         }
         evaluations += before;
+        if roughly && level == 1 {
+            // The last chance before as many samples as vertices.
+            roughly = false;
+            continue;
+        }
         // Each level halves the turn.
         level -= 1;
         while level > 0 && 0.5 * most > 1.2 * TURN {
