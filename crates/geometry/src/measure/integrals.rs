@@ -143,7 +143,7 @@ pub(super) struct Sums {
     reported: Vec<Compensated>,
     check: Vec<Compensated>,
     size: Vec<f64>,
-    /// Sums of the absolute differences of the rules.
+    /// What differences of the rules that cancel may hide.
     apart: Vec<f64>,
     /// What the leaves that are not resolved may be off.
     open: Vec<f64>,
@@ -162,9 +162,9 @@ impl Sums {
             self.reported[j].add(leaf.reported[j]);
             self.check[j].add(leaf.check[j]);
             self.size[j] += leaf.size[j];
-            self.apart[j] += leaf.off(j);
+            self.apart[j] += CANCELLED * leaf.off(j);
             if open || leaf.lost {
-                self.open[j] += leaf.off(j) + if leaf.lost { leaf.size[j] } else { 0.0 };
+                self.open[j] += leaf.off(j) + if leaf.lost { BULGED * leaf.size[j] } else { 0.0 };
             }
         }
     }
@@ -184,14 +184,17 @@ impl Sums {
     pub(super) fn slack(&self, missing: f64) -> Vec<f64> {
         let part =
             ROUNDING + if missing > 0.0 { missing / self.size[AREA].max(f64::MIN_POSITIVE) } else { 0.0 };
-        let one = |j: usize| part * self.size[j] + self.open[j] + CANCELLED * self.apart[j];
+        let one = |j: usize| part * self.size[j] + self.open[j] + self.apart[j];
         (0..self.size.len()).map(one).collect()
     }
 }
 
 /// Part of the absolute differences of the rules that an integral may be off where those of leaves happen to cancel: the rules' own
 /// errors need not cancel as well.
-const CANCELLED: f64 = 0.1;
+const CANCELLED: f64 = 0.05;
+
+/// A leaf with nodes that did not get to the surface counts as flat, and may hide so many times its area: the surface bulges or folds there.
+const BULGED: f64 = 2.0;
 
 /// Rounding error of an integral in parts of its absolute values: values and Jacobians carry a few units in the last
 /// place, of either sign.
