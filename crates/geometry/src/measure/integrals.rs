@@ -95,6 +95,9 @@ impl OfLeaf {
                 sums[j] += f[j] * weight;
             }
             if q < REPORTED {
+                if !nodes.reached[i] {
+                    any_flux(&mut f, sub(nodes.points[i], origin));
+                }
                 for j in 0..m {
                     out.size[j] += (f[j] * weight).abs();
                 }
@@ -106,6 +109,18 @@ impl OfLeaf {
     /// Difference between the rules.
     pub(super) fn off(&self, j: usize) -> f64 {
         (self.check[j] - self.reported[j]).abs()
+    }
+}
+
+/// What is integrated through the normal, for the worst of all normals: that of the surface is not known at a node that did not get there.
+fn any_flux(f: &mut [f64], x: V3) {
+    let flux = norm(x);
+    f[VOLUME] = flux / 3.0;
+    for a in 0..3 {
+        f[SOLID_FIRST + a] = x[a] * flux / 4.0;
+    }
+    for a in 0..6 {
+        f[SOLID_SECOND + a] = f[SHELL_SECOND + a] * flux / 5.0;
     }
 }
 
