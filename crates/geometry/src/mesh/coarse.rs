@@ -20,7 +20,7 @@ use super::subdivide::subdivide;
 /// Fewest samples, and as many for each component.
 const FEWEST: f64 = 500.0;
 /// The same where a distance is asked for, which counts more than good triangles.
-const FEWEST_FOR_ERROR: f64 = 250.0;
+const FEWEST_FOR_ERROR: f64 = 300.0;
 /// Most subdivisions.
 const LEVELS: u32 = 3;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
@@ -73,8 +73,6 @@ pub(super) fn mesh(
     let Some(extent) = search.extent().filter(|e| e.diagonal() > 0.0) else { return Ok(None) };
     let Some(plans) = plans(surface, &search, &extent, wish)? else { return Ok(None) };
     let mut level = plans.len() - 1;
-    // Few steps will do for a distance, as a rule.
-    let mut roughly = matches!(wish.resolution, Resolution::Error(_));
     let mut evaluations = 0;
     while level > 0 {
         let Some(Plan { n, sizes }) = plans[level] else {
@@ -82,6 +80,8 @@ pub(super) fn mesh(
             continue;
         };
         let part = part(level as u32);
+        // Few steps will do for a distance, but for the last chance before as many samples as vertices.
+        let roughly = sizes.is_some() && level > 1;
         let density = |points: &[V3], out: &mut [f64]| match &sizes {
             Some(sizes) => sizes.density(surface, points, out),
             None => Ok(()),
@@ -118,11 +118,6 @@ pub(super) fn mesh(
             return Ok(Some(made));
         }
         evaluations += before;
-        if roughly && level == 1 {
-            // The last chance before as many samples as vertices.
-            roughly = false;
-            continue;
-        }
         // Each level halves the turn.
         level -= 1;
         while level > 0 && 0.5 * most > 1.2 * TURN {
