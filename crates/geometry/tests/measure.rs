@@ -97,6 +97,25 @@ fn halving_the_triangles_divides_the_error_by_a_hundred() {
 }
 
 #[test]
+fn triangles_around_a_rim_thinner_than_themselves_are_divided() {
+    // Triangles of .06 around a rim whose radius of curvature is .0025: the normals at their corners oppose each other.
+    let c = 0.05f64;
+    let pancake = surface("x^2 + y^2 + (z/0.05)^2 - 1");
+    let e = (1.0 - c * c).sqrt();
+    let (area, volume) = (2.0 * PI * (1.0 + c * c / e * e.atanh()), 4.0 / 3.0 * PI * c);
+    for k in 0..3 {
+        let mesh = lattice::mesh(&pancake, &shifted([1.1, 1.1, 0.07], k), [40, 40, 4]);
+        assert!(mesh.topology().is_closed(), "{k}");
+        let m = run(&pancake, &mesh);
+        holds(m.area, area);
+        holds(m.volume.unwrap(), volume);
+        assert!(m.area.error < 1e-5 * area && m.volume.unwrap().error < 1e-5 * volume, "{k}: {m:?}");
+        let constants: f64 = m.weights.iter().sum();
+        assert!((constants / m.area.value - 1.0).abs() < 1e-12, "{constants}");
+    }
+}
+
+#[test]
 fn weights_integrate() {
     let field = surface("(x/1.5)^2 + y^2 + (z/0.7)^2 - 1");
     let f = |p: &[f64; 3]| (1.3 * p[0]).sin() + p[1] * p[1] * p[2] + (p[2] - 0.2 * p[0]).exp();

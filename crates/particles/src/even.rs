@@ -106,7 +106,7 @@ pub(crate) fn spread(
     wish: Wish<'_>,
 ) -> Result<Spread, Error> {
     let walls = seeds.walls;
-    let Wish { amount, n, density, edges, start, most_steps } = wish;
+    let Wish { amount, n, density, edges, start, most_steps, coarse_steps } = wish;
     let all = seeds.uniform_swarm();
     let apart = linear(seeds.area / all.len().max(1) as f64, walls.axes);
     let (sizing, weights) = Sizing::new(density, surface, &all, apart, walls.axes)?;
@@ -150,7 +150,7 @@ pub(crate) fn spread(
         let mut chosen = choose(seeds, &weights, free, Rng::new(work.run.seed, Stream::Thinning));
         work.hold(&mut chosen, levels);
         work.take(chosen)?;
-        work.coarsest(levels)?
+        work.coarsest(levels, coarse_steps)?
     };
     for level in (0..levels).rev() {
         if goes_on {
@@ -179,6 +179,8 @@ pub(crate) struct Wish<'a> {
     pub(crate) edges: Option<&'a EdgeFloaters<'a>>,
     pub(crate) start: Option<&'a [V3]>,
     pub(crate) most_steps: Option<usize>,
+    /// Steps at the coarsest level, if not the usual number.
+    pub(crate) coarse_steps: Option<usize>,
 }
 
 /// Floaters that bring the mean distance between neighbours to `spacing` on so much area.
@@ -327,8 +329,9 @@ impl Work<'_, '_, '_> {
     }
 
     /// Finds the large-scale order. Whether to go on.
-    fn coarsest(&mut self, levels: u32) -> Result<bool, Error> {
-        let steps = if self.relaxation.swarm.len() > ROUGHLY { FEWER_STEPS } else { COARSE_STEPS };
+    fn coarsest(&mut self, levels: u32, steps: Option<usize>) -> Result<bool, Error> {
+        let usual = if self.relaxation.swarm.len() > ROUGHLY { FEWER_STEPS } else { COARSE_STEPS };
+        let steps = steps.map_or(usual, |s| s.min(usual));
         for k in 0..steps {
             // Thrice: from random points large differences remain at first, and few are left at last.
             if k == steps / 8 {

@@ -90,7 +90,7 @@ pub(crate) fn finish(
     let max_error = left.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
     let singular = (0..swarm.len()).filter(|&i| swarm.normals[i] == [0.0; 3] && !swarm.is_held(i)).count();
     let faces = faces(&walls, unit);
-    let on_bounds = swarm.points.par_iter().filter(|p| faces.touches(**p)).count();
+    let on_bounds = swarm.points.par_iter().with_min_len(4096).filter(|p| faces.touches(**p)).count();
     let mut first = census(&swarm, &walls, unit);
     if let Some(creases) = &creases {
         edges::areas(&swarm, creases, &walls, unit, &mut first);
@@ -135,7 +135,7 @@ pub(crate) fn finish(
     if singular > 0 {
         run.warnings.push(format!("{singular} samples rest where the gradient vanishes and have no normal"));
     }
-    let fine = curvatures.par_iter().filter(|k| k[0].abs() * spacing > FINE).count();
+    let fine = curvatures.par_iter().with_min_len(4096).filter(|k| k[0].abs() * spacing > FINE).count();
     if 100 * fine > curvatures.len() {
         run.warnings.push(format!(
             "{:.0} % of the samples lie where the surface bends within less than their spacing, and are less even there; \

@@ -182,13 +182,14 @@ mod tests {
     use isoswarm_field::{Aabb, Field, text};
 
     use super::*;
-    use crate::seeding::seed;
+    use crate::seeding::{BOXES, seed};
 
     /// The swarm of a front, and the square root of the cell that was asked for.
     fn fill(formula: &str, half: f64, n: usize) -> (Swarm, f64, Vec<V3>) {
         let field = Field::new(&text::parse(formula, &[]).expect("a formula")).expect("a model");
         let mut run = Run::new(0, None);
-        let (seeds, _) = seed(&field, &mut run, &Aabb::new([-half; 3], [half; 3]), 1000).expect("a field");
+        let (seeds, _) =
+            seed(&field, &mut run, &Aabb::new([-half; 3], [half; 3]), 1000, BOXES).expect("a field");
         let seeds = seeds.expect("a surface");
         let swarm = advance(&mut run, &field, &seeds, n).expect("a front");
         (swarm, (seeds.area / n as f64).sqrt(), seeds.points)

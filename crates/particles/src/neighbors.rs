@@ -21,6 +21,11 @@ use crate::vector::V3;
 
 /// Cells that one task handles.
 const CELLS_PER_TASK: usize = 64;
+/// Tasks that a thread takes at least: to wake another costs more than what few particles would save.
+const TASKS: usize = 4;
+
+/// Radii that differ by no more than this factor are looked through as equals, which is faster than octave by octave.
+const ALIKE: f64 = 3.0;
 
 /// How far particles reach.
 #[derive(Clone, Copy)]
@@ -76,6 +81,7 @@ impl Neighbors {
         let tasks = grid.len().div_ceil(CELLS_PER_TASK);
         let parts: Vec<Part> = (0..tasks)
             .into_par_iter()
+            .with_min_len(TASKS)
             .map(|t| {
                 let cells = t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(grid.len());
                 Arch::new().dispatch(Within { grid: &grid, points, radius, mark: &mark, cells })
@@ -88,6 +94,14 @@ impl Neighbors {
         let least = radius.iter().fold(f64::INFINITY, |m, &r| m.min(r));
         if !least.is_finite() {
             return Self { place: vec![(0, 0); points.len()], parts: vec![vec![0]] };
+        }
+        let most = radius.iter().fold(0.0, |m: f64, &r| m.max(r));
+        if most <= ALIKE * least {
+            return Self::of_equals(points, most, |i, j| {
+                let (p, q, reach) = (points[i], points[j], radius[i].max(radius[j]));
+                let d2 = (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2);
+                if d2 <= reach * reach { mark(i, j) } else { None }
+            });
         }
         let octave = |r: f64| {
             let (mut o, mut top) = (0usize, least);
@@ -113,6 +127,7 @@ impl Neighbors {
         let tasks = points.len().div_ceil(CELLS_PER_TASK);
         let parts: Vec<Part> = (0..tasks)
             .into_par_iter()
+            .with_min_len(2 * TASKS)
             .map(|t| {
                 let mut part = Part::default();
                 for i in t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(points.len()) {

@@ -41,13 +41,14 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
         Amount::Count(n) if options.method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
         _ => SEEDS,
     };
-    match look_for(surface, &mut run, bounds, aim)? {
-        Ok(seeds) => sample_from(surface, bounds, &mut run, &seeds, aim, options),
+    match look_for(surface, &mut run, bounds, aim, seeding::BOXES)? {
+        Ok(seeds) => sample_from(surface, bounds, &mut run, &seeds, aim, options, None),
         Err(nothing) => Ok(*nothing),
     }
 }
 
-/// Samples a surface that has been found, by seeds of which so many were aimed at.
+/// Samples a surface that has been found, by seeds of which so many were aimed at. `coarse_steps`: of the method `even` at its coarsest
+/// level, where fewer than usual will do.
 pub(crate) fn sample_from(
     surface: &dyn Surface,
     bounds: &Aabb,
@@ -55,6 +56,7 @@ pub(crate) fn sample_from(
     seeds: &Seeds<'_>,
     aim: usize,
     options: Options<'_>,
+    coarse_steps: Option<usize>,
 ) -> Result<Samples, Error> {
     let Options { amount, method, density, creases, start, most, steps, .. } = options;
     run.tell(Phase::Seeding, 0.05, seeds.points.len());
@@ -67,7 +69,7 @@ pub(crate) fn sample_from(
     let mut seeds = seeds;
     if creases.is_some() && aim < n.min(MANY_SEEDS) {
         // Between creases every part of the surface needs seeds of its own.
-        more = match look_for(surface, run, bounds, n.min(MANY_SEEDS))? {
+        more = match look_for(surface, run, bounds, n.min(MANY_SEEDS), seeding::BOXES)? {
             Ok(seeds) => seeds,
             Err(nothing) => return Ok(*nothing),
         };
@@ -79,7 +81,8 @@ pub(crate) fn sample_from(
     match method {
         Method::Even => {
             let edges = creases.as_ref().map(|c| EdgeFloaters::new(c, seeds));
-            let wish = Wish { amount, n, density, edges: edges.as_ref(), start, most_steps: steps };
+            let wish =
+                Wish { amount, n, density, edges: edges.as_ref(), start, most_steps: steps, coarse_steps };
             let Spread { swarm, unit, unmet } = even::spread(run, surface, seeds, wish)?;
             let status = unmet.map_or(Status::Converged, Status::NotConverged);
             let mut samples = finish(run, surface, seeds, swarm, unit, status, creases)?;
@@ -99,8 +102,9 @@ pub(crate) fn look_for<'s>(
     run: &mut Run<'_>,
     bounds: &Aabb,
     aim: usize,
+    fine: usize,
 ) -> Result<Result<Seeds<'s>, Box<Samples>>, Error> {
-    match seeding::seed(surface, run, bounds, aim) {
+    match seeding::seed(surface, run, bounds, aim, fine) {
         Err(e) => match run.stop {
             Some(why) => {
                 Ok(Err(Box::new(Samples::none(Status::NotConverged(why.reason().into()), false, run))))

@@ -9,6 +9,9 @@ use crate::run::Run;
 use crate::sample::{FEWEST_SEEDS, check, look_for, sample_from};
 use crate::seeding::Seeds;
 
+/// Boxes to aim at, and lines along each axis: enough for the seeds of some thousand points.
+const BOXES: usize = 2 * FEWEST_SEEDS;
+
 /// Where a surface is: what [`sample`](crate::sample) begins with, kept for several samplings of some thousand points.
 ///
 /// ```
@@ -46,7 +49,7 @@ impl<'s> Search<'s> {
     ) -> Result<Self, Error> {
         check(surface, bounds, &Options::default())?;
         let mut run = Run::new(seed, progress);
-        let found = look_for(surface, &mut run, bounds, FEWEST_SEEDS)?;
+        let found = look_for(surface, &mut run, bounds, FEWEST_SEEDS, BOXES)?;
         Ok(Self { surface, bounds: *bounds, seed, evaluations: run.evaluations, found })
     }
 
@@ -81,6 +84,18 @@ impl<'s> Search<'s> {
     /// # Errors
     /// Those of [`sample`](crate::sample).
     pub fn sample(&self, options: Options<'_>) -> Result<Samples, Error> {
+        self.sample_in_steps(options, None)
+    }
+
+    /// As [`Search::sample`], with at most so many steps at the coarsest level: for samples that something else evens out.
+    ///
+    /// # Errors
+    /// Those of [`sample`](crate::sample).
+    pub fn sample_roughly(&self, options: Options<'_>, steps: usize) -> Result<Samples, Error> {
+        self.sample_in_steps(options, Some(steps))
+    }
+
+    fn sample_in_steps(&self, options: Options<'_>, coarse_steps: Option<usize>) -> Result<Samples, Error> {
         check(self.surface, &self.bounds, &options)?;
         let seeds = match &self.found {
             Ok(seeds) => seeds,
@@ -89,6 +104,6 @@ impl<'s> Search<'s> {
         let mut options = options;
         let mut run = Run::new(self.seed, options.progress.take());
         run.evaluations = self.evaluations;
-        sample_from(self.surface, &self.bounds, &mut run, seeds, FEWEST_SEEDS, options)
+        sample_from(self.surface, &self.bounds, &mut run, seeds, FEWEST_SEEDS, options, coarse_steps)
     }
 }

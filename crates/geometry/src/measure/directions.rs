@@ -1,6 +1,6 @@
 //! The direction in which each vertex is moved onto the surface.
 
-use isoswarm_field::vector::{V3, add, dot, unit};
+use isoswarm_field::vector::{V3, add, dot, norm, unit};
 use isoswarm_field::{Aabb, Surface};
 
 use crate::GeometryError;
@@ -9,6 +9,9 @@ use crate::mesh::{Mesh, Topology};
 
 /// A vertex this near a face of the bounds, in parts of their diagonal, lies on it.
 pub(super) const ON_FACE: f64 = 1e-9;
+
+/// Length of the sum of a vertex' triangles' vectors, over the sum of their lengths, below which they do not lie in one plane, nearly.
+const BENT: f64 = 0.8;
 
 /// Directions and normals of the vertices.
 pub(super) struct Directions {
@@ -27,16 +30,21 @@ pub(super) fn directions(
     let n = mesh.points.len();
     let (mut value, mut gradient) = (vec![0.0; n], vec![[0.0; 3]; n]);
     surface.value_gradient(&mesh.points, &mut value, &mut gradient)?;
-    let mut of_mesh = vec![[0.0; 3]; n];
+    let (mut of_mesh, mut size) = (vec![[0.0; 3]; n], vec![0.0; n]);
     for (f, corners) in mesh.faces.iter().enumerate() {
         let vector = mesh.face_vector(f);
-        corners.iter().for_each(|&v| of_mesh[v as usize] = add(of_mesh[v as usize], vector));
+        for &v in corners {
+            of_mesh[v as usize] = add(of_mesh[v as usize], vector);
+            size[v as usize] += norm(vector);
+        }
     }
     let normal = |v: usize| {
         let own = unit(gradient[v]);
         // A gradient against the triangles belongs to another sheet, or to none.
         let flat = unit(of_mesh[v]);
-        if dot(own, flat) > 0.1 { own } else { flat }
+        // Triangles that reach around a rim face many ways, and their mean says little.
+        let bent = norm(of_mesh[v]) < BENT * size[v] && own != [0.0; 3];
+        if bent || dot(own, flat) > 0.1 { own } else { flat }
     };
     let normals: Vec<V3> = (0..n).map(normal).collect();
     let mut at = normals.clone();

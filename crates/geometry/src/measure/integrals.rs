@@ -95,6 +95,9 @@ impl OfLeaf {
                 sums[j] += f[j] * weight;
             }
             if q < REPORTED {
+                if !nodes.reached[i] {
+                    any_flux(&mut f, sub(nodes.points[i], origin));
+                }
                 for j in 0..m {
                     out.size[j] += (f[j] * weight).abs();
                 }
@@ -106,6 +109,18 @@ impl OfLeaf {
     /// Difference between the rules.
     pub(super) fn off(&self, j: usize) -> f64 {
         (self.check[j] - self.reported[j]).abs()
+    }
+}
+
+/// What is integrated through the normal, for the worst of all normals: that of the surface is not known at a node that did not get there.
+fn any_flux(f: &mut [f64], x: V3) {
+    let flux = norm(x);
+    f[VOLUME] = flux / 3.0;
+    for a in 0..3 {
+        f[SOLID_FIRST + a] = x[a] * flux / 4.0;
+    }
+    for a in 0..6 {
+        f[SOLID_SECOND + a] = f[SHELL_SECOND + a] * flux / 5.0;
     }
 }
 
@@ -143,6 +158,8 @@ pub(super) struct Sums {
     reported: Vec<Compensated>,
     check: Vec<Compensated>,
     size: Vec<f64>,
+    /// What differences of the rules that cancel may hide.
+    apart: Vec<f64>,
     /// What the leaves that are not resolved may be off.
     open: Vec<f64>,
 }
@@ -151,7 +168,7 @@ impl Sums {
     pub(super) fn new(integrands: usize) -> Self {
         let zeros = vec![Compensated::default(); BUILT_IN + integrands];
         let none = vec![0.0; zeros.len()];
-        Self { reported: zeros.clone(), check: zeros, size: none.clone(), open: none }
+        Self { reported: zeros.clone(), check: zeros, size: none.clone(), apart: none.clone(), open: none }
     }
 
     /// Adds a leaf; `open` where its rules still differ too much.
@@ -160,8 +177,9 @@ impl Sums {
             self.reported[j].add(leaf.reported[j]);
             self.check[j].add(leaf.check[j]);
             self.size[j] += leaf.size[j];
+            self.apart[j] += CANCELLED * leaf.off(j);
             if open || leaf.lost {
-                self.open[j] += leaf.off(j) + if leaf.lost { leaf.size[j] } else { 0.0 };
+                self.open[j] += leaf.off(j) + if leaf.lost { BULGED * leaf.size[j] } else { 0.0 };
             }
         }
     }
@@ -176,14 +194,22 @@ impl Sums {
         self.check.iter().map(|s| s.value()).collect()
     }
 
-    /// What each may be off besides the difference of the rules: rounding, and leaves that are not resolved.
+    /// What each may be off besides the difference of the rules: rounding, leaves that are not resolved, and differences that cancel.
     /// `missing` is the area that the mesh may leave out or cover twice: it may hold as much of each integral as the rest does.
     pub(super) fn slack(&self, missing: f64) -> Vec<f64> {
         let part =
             ROUNDING + if missing > 0.0 { missing / self.size[AREA].max(f64::MIN_POSITIVE) } else { 0.0 };
-        self.size.iter().zip(&self.open).map(|(s, o)| part * s + o).collect()
+        let one = |j: usize| part * self.size[j] + self.open[j] + self.apart[j];
+        (0..self.size.len()).map(one).collect()
     }
 }
+
+/// Part of the absolute differences of the rules that an integral may be off where those of leaves happen to cancel: the rules' own
+/// errors need not cancel as well.
+const CANCELLED: f64 = 0.05;
+
+/// A leaf with nodes that did not get to the surface counts as flat, and may hide so many times its area: the surface bulges or folds there.
+const BULGED: f64 = 2.0;
 
 /// Rounding error of an integral in parts of its absolute values: values and Jacobians carry a few units in the last
 /// place, of either sign.

@@ -7,6 +7,7 @@
 
 mod curved;
 mod directions;
+mod divide;
 mod gaps;
 mod integrals;
 mod result;
@@ -19,6 +20,7 @@ use isoswarm_field::{Aabb, Surface};
 use crate::GeometryError;
 use crate::mesh::Mesh;
 use curved::{Flat, Leaf, Nodes};
+use divide::Divided;
 use integrals::{AREA, OfLeaf, Sums, VOLUME};
 use rules::{NODES, REPORTED};
 use weights::{Frame, Moments};
@@ -29,6 +31,8 @@ pub use result::{Estimate, Measures, Moment};
 const BLOCK: usize = 4096;
 /// A triangle is divided by four no more often.
 const DEEPEST: u8 = 8;
+/// Triangles that are added where normals turn, at most so many times their number.
+const MOST_TURNING: usize = 4;
 /// Places in doubt that are returned.
 const MOST_PLACES: usize = 1000;
 
@@ -98,7 +102,9 @@ pub fn measure(
     check(surface, mesh, &options)?;
     let topology = mesh.topology();
     let directions = directions::directions(surface, mesh, &topology, options.bounds.as_ref())?;
-    let mut work = Work::new(surface, mesh, &directions.at, options);
+    let room = options.most.min(MOST_TURNING) * mesh.faces.len();
+    let divided = Divided::new(surface, mesh, &directions.at, room)?;
+    let mut work = Work::new(surface, mesh, &divided, options);
     work.run()?;
     let weights = if work.moments.is_empty() {
         Vec::new()
@@ -140,8 +146,10 @@ fn check(surface: &dyn Surface, mesh: &Mesh, options: &MeasureOptions<'_>) -> Re
 /// The integration under way.
 struct Work<'w, 'a> {
     surface: &'w dyn Surface,
-    mesh: &'w Mesh,
-    directions: &'w [V3],
+    /// The mesh, for the moments of its triangles.
+    whole: &'w Mesh,
+    /// The triangles that are integrated over.
+    divided: &'w Divided,
     options: MeasureOptions<'a>,
     origin: V3,
     sums: Sums,
@@ -157,10 +165,11 @@ struct Work<'w, 'a> {
 impl<'w, 'a> Work<'w, 'a> {
     fn new(
         surface: &'w dyn Surface,
-        mesh: &'w Mesh,
-        directions: &'w [V3],
+        whole: &'w Mesh,
+        divided: &'w Divided,
         options: MeasureOptions<'a>,
     ) -> Self {
+        let mesh = &divided.mesh;
         let bounds = Aabb::around(&mesh.points).unwrap_or(Aabb::new([0.0; 3], [0.0; 3]));
         let origin = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
         // Errors of the triangles are as good as independent: so much each makes the tolerance altogether.
@@ -168,11 +177,11 @@ impl<'w, 'a> Work<'w, 'a> {
         let (area, volume) = (mesh.area(), mesh.volume().abs());
         // The volume of an open surface means nothing.
         let volume = volume.max(1e-3 * area * bounds.diagonal());
-        let moments = if options.weights { vec![[0.0; 9]; mesh.faces.len()] } else { Vec::new() };
+        let moments = if options.weights { vec![[0.0; 9]; whole.faces.len()] } else { Vec::new() };
         Self {
             surface,
-            mesh,
-            directions,
+            whole,
+            divided,
             origin,
             sums: Sums::new(options.integrands.len()),
             limits: [share * area, share * volume],
@@ -185,7 +194,7 @@ impl<'w, 'a> Work<'w, 'a> {
     }
 
     fn run(&mut self) -> Result<(), GeometryError> {
-        let mut level: Vec<Leaf> = (0..self.mesh.faces.len() as u32).map(Leaf::whole).collect();
+        let mut level: Vec<Leaf> = (0..self.divided.mesh.faces.len() as u32).map(Leaf::whole).collect();
         let mut room = self.options.most.saturating_mul(level.len());
         while !level.is_empty() {
             let mut next = Vec::new();
@@ -209,8 +218,8 @@ impl<'w, 'a> Work<'w, 'a> {
         next: &mut Vec<Leaf>,
     ) -> Result<(), GeometryError> {
         let flat = |f: u32| Flat {
-            p: self.mesh.corners(f as usize),
-            d: self.mesh.faces[f as usize].map(|v| self.directions[v as usize]),
+            p: self.divided.mesh.corners(f as usize),
+            d: self.divided.mesh.faces[f as usize].map(|v| self.divided.directions[v as usize]),
         };
         let nodes = Nodes::place(self.surface, leaves, flat, self.options.curvature)?;
         self.has_curvature &= !nodes.hessian.is_empty();
@@ -229,10 +238,13 @@ impl<'w, 'a> Work<'w, 'a> {
                 self.places.push(nodes.points[k * NODES]);
             }
             if !self.moments.is_empty() {
-                let face = leaf.face as usize;
-                let frame = Frame::new(self.mesh.corners(face));
+                let (face, corners) = self.divided.part_of[leaf.face as usize];
+                let (moments, frame) =
+                    (&mut self.moments[face as usize], Frame::new(self.whole.corners(face as usize)));
                 for i in k * NODES..k * NODES + REPORTED {
-                    frame.add(&mut self.moments[face], nodes.points[i], nodes.bary[i], nodes.measure[i]);
+                    let b = nodes.bary[i];
+                    let bary = [0, 1, 2].map(|a| (0..3).map(|c| b[c] * corners[c][a]).sum());
+                    frame.add(moments, nodes.points[i], bary, nodes.measure[i]);
                 }
             }
         }

@@ -25,6 +25,15 @@ const FEWEST_FOR_ERROR: f64 = 300.0;
 const LEVELS: u32 = 3;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
 const TURN: f64 = 1.25;
+/// The same where sizes see to it, with room for what samples differ.
+const RESOLVED: f64 = 0.85;
+/// The same beyond which few samples are not even tried.
+const HOPELESS: f64 = 1.5;
+/// Times the vertices that a distance takes that a coarse mesh may lead to.
+const MORE: f64 = 1.3;
+/// Steps in which samples are spread and settle where a distance is asked for: the mesh is smoothed.
+const STEPS: usize = 24;
+const SETTLING: usize = 4;
 /// Cosine between a coarse triangle and the normals at its corners, at least.
 const LEVEL: f64 = 0.6;
 /// The same for the triangles of the result.
@@ -62,45 +71,35 @@ pub(super) fn mesh(
     };
     let search = Search::new(surface, bounds, wish.seed, Some(&mut tell))?;
     let Some(extent) = search.extent().filter(|e| e.diagonal() > 0.0) else { return Ok(None) };
-    let (n, sizes) = match wish.resolution {
-        Resolution::Count(n) => (n as f64, None),
-        Resolution::Spacing(s) if s > 0.0 && s.is_finite() => {
-            let area = search.integral(|_, out| {
-                out.fill(1.0);
-                Ok(())
-            })?;
-            (area / (CELL * s * s), None)
-        }
-        Resolution::Error(e) if e > 0.0 && e.is_finite() => {
-            let sizes = ErrorSizes::new(e, &extent);
-            (search.integral(|points, out| sizes.known(surface, points, out))?, Some(sizes))
-        }
-        _ => return Ok(None),
-    };
-    if n > wish.most as f64 {
-        return Ok(None);
-    }
-    let density = |points: &[V3], out: &mut [f64]| match &sizes {
-        Some(sizes) => sizes.density(surface, points, out),
-        None => Ok(()),
-    };
-    let fewest = if sizes.is_some() { FEWEST_FOR_ERROR } else { FEWEST };
-    let enough = |level: &u32| n >= fewest * part(*level);
-    let mut level = (0..=LEVELS).rev().find(enough).unwrap_or(0);
+    let Some(plans) = plans(surface, &search, &extent, wish)? else { return Ok(None) };
+    let mut level = plans.len() - 1;
     let mut evaluations = 0;
     while level > 0 {
+        let Some(Plan { n, sizes }) = plans[level] else {
+            level -= 1;
+            continue;
+        };
+        let part = part(level as u32);
+        // Few steps will do for a distance, but for the last chance before as many samples as vertices.
+        let roughly = sizes.is_some() && level > 1;
+        let density = |points: &[V3], out: &mut [f64]| match &sizes {
+            Some(sizes) => sizes.density(surface, points, out),
+            None => Ok(()),
+        };
         let options = Options {
             amount: match wish.resolution {
-                Resolution::Spacing(s) => Amount::Spacing(s * part(level).sqrt()),
-                _ => Amount::Count((n / part(level)).ceil() as usize),
+                Resolution::Spacing(s) => Amount::Spacing(s * part.sqrt()),
+                _ => Amount::Count((n / part).ceil() as usize),
             },
             density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
             creases: wish.creases.then_some(isoswarm_particles::creases::find),
             most: wish.most,
+            steps: roughly.then_some(SETTLING),
             progress: Some(&mut tell),
             ..Options::default()
         };
-        let samples = match search.sample(options) {
+        let sampled = if roughly { search.sample_roughly(options, STEPS) } else { search.sample(options) };
+        let samples = match sampled {
             Err(Error::TooFew { .. }) => {
                 level -= 1;
                 continue;
@@ -113,7 +112,7 @@ pub(super) fn mesh(
         }
         let before = samples.report.evaluations;
         if most <= TURN
-            && let Some(mut made) = refine(surface, bounds, samples, level, wish)?
+            && let Some(mut made) = refine(surface, bounds, samples, level as u32, wish)?
         {
             made.report.evaluations += evaluations;
             return Ok(Some(made));
@@ -126,6 +125,61 @@ pub(super) fn mesh(
         }
     }
     Ok(None)
+}
+
+/// Samples of a level.
+#[derive(Clone, Copy)]
+struct Plan {
+    /// Vertices in the end.
+    n: f64,
+    /// Where they are closer, if a distance is asked for.
+    sizes: Option<ErrorSizes>,
+}
+
+/// What to try for each number of subdivisions, `None` where that is of no use; no plans at all where nothing is.
+fn plans(
+    surface: &dyn Surface,
+    search: &Search<'_>,
+    extent: &Aabb,
+    wish: &Wish,
+) -> Result<Option<Vec<Option<Plan>>>, Error> {
+    let mut out = vec![None; LEVELS as usize + 1];
+    let few = |n: f64| n.is_finite() && n <= wish.most as f64;
+    if let Resolution::Error(e) = wish.resolution {
+        if !(e > 0.0 && e.is_finite()) {
+            return Ok(None);
+        }
+        let sizes = ErrorSizes::new(e, extent);
+        let count = |sizes: &ErrorSizes| search.integral(|points, out| sizes.known(surface, points, out));
+        let least = count(&sizes)?;
+        for level in 1..=LEVELS {
+            let part = part(level);
+            let sizes = sizes.with_turn(RESOLVED, part);
+            let n = count(&sizes)?;
+            let worthwhile = n <= MORE * least && n >= FEWEST_FOR_ERROR * part;
+            out[level as usize] = (worthwhile && few(n)).then_some(Plan { n, sizes: Some(sizes) });
+        }
+        return Ok(Some(out));
+    }
+    let bend = std::cell::Cell::new(0.0f64);
+    let area = search.integral(|points, out| {
+        let bends = particles::principal_curvatures(surface, points).into_iter().map(|k| k[0].abs());
+        bend.set(bends.filter(|b| b.is_finite()).fold(0.0, f64::max));
+        out.fill(1.0);
+        Ok(())
+    })?;
+    let n = match wish.resolution {
+        Resolution::Count(n) => n as f64,
+        Resolution::Spacing(s) if s > 0.0 && s.is_finite() => area / (CELL * s * s),
+        _ => return Ok(None),
+    };
+    for level in 1..=LEVELS {
+        let part = part(level);
+        let turn = bend.get() * (part * area / (CELL * n)).sqrt();
+        let worthwhile = n >= FEWEST * part && turn <= HOPELESS * TURN;
+        out[level as usize] = (worthwhile && few(n)).then_some(Plan { n, sizes: None });
+    }
+    Ok(Some(out))
 }
 
 /// How many vertices come from one sample.

@@ -9,8 +9,8 @@ use super::Mesh;
 
 /// Triangles in a leaf of the tree.
 const LEAF: usize = 4;
-/// Leaves that one task handles.
-const LEAVES: usize = 128;
+/// Pairs of nodes that are looked at in parallel, at least, where there are so many; a fixed number.
+const TASKS: usize = 64;
 /// So many pairs are reported at most.
 const MOST: usize = 10_000;
 
@@ -46,17 +46,17 @@ impl Mesh {
         }
         let tree = Tree::new(self);
         let tame = tame(&self.points, &self.faces);
-        let parts: Vec<Vec<[u32; 2]>> = (0..tree.levels[0].len().div_ceil(LEAVES))
+        let planes: Vec<Plane> = (0..self.faces.len()).map(|f| Plane::new(self.corners(f))).collect();
+        let parts: Vec<Vec<[u32; 2]>> = tree
+            .tasks()
             .into_par_iter()
-            .map(|c| {
+            .map(|task| {
                 let mut out = Vec::new();
-                for leaf in c * LEAVES..((c + 1) * LEAVES).min(tree.levels[0].len()) {
-                    tree.pairs(leaf, |f, g| {
-                        if out.len() < MOST && self.cross(f as usize, g as usize, &tame) {
-                            out.push([f.min(g), f.max(g)]);
-                        }
-                    });
-                }
+                tree.pairs(task, &mut |f, g| {
+                    if out.len() < MOST && self.cross(f as usize, g as usize, &tame, &planes) {
+                        out.push([f.min(g), f.max(g)]);
+                    }
+                });
                 out
             })
             .collect();
@@ -67,15 +67,21 @@ impl Mesh {
     }
 
     /// Whether two faces pass through each other.
-    fn cross(&self, f: usize, g: usize, tame: &[bool]) -> bool {
+    fn cross(&self, f: usize, g: usize, tame: &[bool], planes: &[Plane]) -> bool {
         let (s, t) = (self.faces[f], self.faces[g]);
-        let mut shared = s.iter().filter(|v| t.contains(v));
-        let (first, second) = (shared.next(), shared.next());
-        if second.is_some() || first.is_some_and(|&v| tame[v as usize]) {
-            return false;
-        }
-        if first.is_none() && (self.beside(f, g) || self.beside(g, f)) {
-            return false;
+        let shared = s.map(|v| t[0] == v || t[1] == v || t[2] == v);
+        match shared.iter().filter(|s| **s).count() {
+            0 => {
+                if planes[f].beside(&self.corners(g)) || planes[g].beside(&self.corners(f)) {
+                    return false;
+                }
+            }
+            1 => {
+                if (0..3).any(|k| shared[k] && tame[s[k] as usize]) {
+                    return false;
+                }
+            }
+            _ => return false,
         }
         let at = |v: u32| {
             let [x, y, z] = self.points[v as usize];
@@ -97,27 +103,32 @@ impl Mesh {
         };
         pierces(s, t) || pierces(t, s)
     }
+}
 
-    /// Whether all corners of face `g` lie on one side of the plane of face `f`, farther off than rounding can say otherwise.
-    fn beside(&self, f: usize, g: usize) -> bool {
-        let [a, b, c] = self.corners(f);
+/// The plane of a face.
+struct Plane {
+    at: V3,
+    /// Twice the area long.
+    normal: V3,
+    /// What a component along the normal may be off by rounding, per length.
+    rounding: f64,
+}
+
+impl Plane {
+    fn new([a, b, c]: [V3; 3]) -> Self {
         let (u, v) = (sub(b, a), sub(c, a));
-        let n = cross(u, v);
-        let size = sum_of_parts(u) * sum_of_parts(v);
-        let mut side = 0;
-        for q in self.corners(g) {
-            let way = sub(q, a);
-            let d = dot(n, way);
-            let sure = d.abs() > ROUNDING * size * sum_of_parts(way);
-            side += if !sure {
-                0
-            } else if d > 0.0 {
-                1
-            } else {
-                -1
-            };
-        }
-        side == 3 || side == -3
+        Self { at: a, normal: cross(u, v), rounding: ROUNDING * sum_of_parts(u) * sum_of_parts(v) }
+    }
+
+    /// Whether all corners of a face lie on one side, farther off than rounding can say otherwise.
+    fn beside(&self, corners: &[V3; 3]) -> bool {
+        let side = |q: V3| {
+            let way = sub(q, self.at);
+            let (d, sure) = (dot(self.normal, way), self.rounding * sum_of_parts(way));
+            i32::from(d > sure) - i32::from(d < -sure)
+        };
+        let first = side(corners[0]);
+        first != 0 && side(corners[1]) == first && side(corners[2]) == first
     }
 }
 
@@ -221,33 +232,40 @@ impl Tree {
         Self { spans, order, levels }
     }
 
-    /// Calls `f` for all pairs of faces with boxes that meet, of which one is in the leaf and the other in it or in one after it.
-    fn pairs(&self, leaf: usize, mut f: impl FnMut(u32, u32)) {
-        let of = |k: usize| &self.order[k * LEAF..((k + 1) * LEAF).min(self.order.len())];
-        let own = of(leaf);
-        for (k, &a) in own.iter().enumerate() {
-            for &b in &own[k + 1..] {
-                if self.spans[a as usize].meets(&self.spans[b as usize]) {
-                    f(a, b);
-                }
-            }
+    /// The pairs of nodes of one level, each with itself too, whose boxes meet: all pairs of leaves whose boxes meet are below them.
+    fn tasks(&self) -> Vec<[usize; 3]> {
+        let level = self.levels.len() - 1;
+        let mut tasks = vec![[level, 0, 0]];
+        while tasks[0][0] > 0 && tasks.len() < TASKS {
+            tasks = tasks.into_iter().flat_map(|task| self.below(task)).collect();
         }
-        let span = &self.levels[0][leaf];
-        let mut stack = vec![(self.levels.len() - 1, 0)];
-        while let Some((level, k)) = stack.pop() {
-            // What comes before the leaf has been compared from there.
-            if (k + 1) << level <= leaf + 1 || self.levels[level].get(k).is_none_or(|s| !s.meets(span)) {
-                continue;
-            }
+        tasks
+    }
+
+    /// The pairs of children of a pair of nodes whose boxes meet.
+    fn below(&self, [level, i, j]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+        let spans = &self.levels[level - 1];
+        let pairs = [(2 * i, 2 * j), (2 * i, 2 * j + 1), (2 * i + 1, 2 * j), (2 * i + 1, 2 * j + 1)];
+        pairs.into_iter().enumerate().filter_map(move |(k, (a, b))| {
+            // Of a node with itself the second and the third are the same.
+            let new = (i != j || k != 2) && a.max(b) < spans.len();
+            (new && (a == b || spans[a].meets(&spans[b]))).then_some([level - 1, a, b])
+        })
+    }
+
+    /// Calls `f` for all pairs of faces with boxes that meet, of which one is below the one node and the other below the other.
+    fn pairs(&self, task: [usize; 3], f: &mut impl FnMut(u32, u32)) {
+        let mut stack = vec![task];
+        while let Some([level, i, j]) = stack.pop() {
             if level > 0 {
-                stack.extend([(level - 1, 2 * k), (level - 1, 2 * k + 1)]);
+                stack.extend(self.below([level, i, j]));
                 continue;
             }
-            for &b in of(k) {
-                let other = &self.spans[b as usize];
-                if other.meets(span) {
-                    own.iter().filter(|a| self.spans[**a as usize].meets(other)).for_each(|&a| f(a, b));
-                }
+            let of = |k: usize| &self.order[k * LEAF..((k + 1) * LEAF).min(self.order.len())];
+            for (k, &a) in of(i).iter().enumerate() {
+                let span = &self.spans[a as usize];
+                let others = if i == j { &of(i)[k + 1..] } else { of(j) };
+                others.iter().filter(|b| span.meets(&self.spans[**b as usize])).for_each(|&b| f(a, b));
             }
         }
     }
@@ -318,10 +336,11 @@ mod tests {
         points.extend(more);
         let mesh = Mesh::new(points, [a, b].concat());
         let bare = vec![false; mesh.points.len()];
+        let planes: Vec<Plane> = (0..mesh.faces.len()).map(|f| Plane::new(mesh.corners(f))).collect();
         let mut all = Vec::new();
         for f in 0..mesh.faces.len() {
             for g in f + 1..mesh.faces.len() {
-                if mesh.cross(f, g, &bare) {
+                if mesh.cross(f, g, &bare, &planes) {
                     all.push([f as u32, g as u32]);
                 }
             }

@@ -114,11 +114,14 @@ pub(super) fn sample(
 }
 
 /// Vertices per area that keep a distance from the surface.
+#[derive(Clone, Copy)]
 pub(super) struct ErrorSizes {
     /// At least so many.
     base: f64,
     /// And so many times the curvature.
     factor: f64,
+    /// And so many times its square.
+    turning: f64,
 }
 
 impl ErrorSizes {
@@ -126,7 +129,12 @@ impl ErrorSizes {
     pub(super) fn new(most: f64, extent: &Aabb) -> Self {
         // The middle of an equilateral triangle of side h is κh²/6 off, that of an edge κh²/8.
         let factor = 1.0 / (CELL * 6.0 * AIM * most);
-        Self { base: 1.0 / (CELL * (WIDEST * extent.diagonal()).powi(2)), factor }
+        Self { base: 1.0 / (CELL * (WIDEST * extent.diagonal()).powi(2)), factor, turning: 0.0 }
+    }
+
+    /// So many that a mesh with a `part`th of the vertices turns by no more than `turn` radians from vertex to vertex.
+    pub(super) fn with_turn(self, turn: f64, part: f64) -> Self {
+        Self { turning: part / (CELL * turn * turn), ..self }
     }
 
     /// At the points; the least where the curvature is not known.
@@ -144,7 +152,8 @@ impl ErrorSizes {
     /// At the points; NaN where the curvature is not known.
     pub(super) fn known(&self, surface: &dyn Surface, points: &[V3], out: &mut [f64]) -> Result<(), String> {
         for (d, k) in out.iter_mut().zip(particles::principal_curvatures(surface, points)) {
-            let wanted = self.factor * k[0].abs();
+            let bend = k[0].abs();
+            let wanted = (self.factor * bend).max(self.turning * bend * bend);
             *d = if wanted.is_finite() { wanted.max(self.base) } else { f64::NAN };
         }
         Ok(())
@@ -176,7 +185,7 @@ impl<'a> Plan<'a> {
         let n = samples.points.len();
         if let Resolution::Error(e) = resolution {
             let extent = Aabb::around(&samples.points).unwrap_or(Aabb::new([0.0; 3], [1.0; 3]));
-            let ErrorSizes { base, factor } = ErrorSizes::new(e, &extent);
+            let ErrorSizes { base, factor, .. } = ErrorSizes::new(e, &extent);
             let mut plan =
                 Self { density: Density::Uniform, base, factor, power: 1, count: 0.0, bent: 0.0, turn: None };
             let least = plan.base;

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 pub(crate) use region::Region;
 
 /// Boxes to aim at: enough to isolate small parts, few enough to take milliseconds.
-const BOXES: usize = 6_000;
+pub(crate) const BOXES: usize = 6_000;
 
 /// Turn of the normal (radians, about) from seed to seed beyond which pieces of surface next to each other are taken for one.
 const BENT: f64 = 0.4;
@@ -89,16 +89,17 @@ fn look(
 }
 
 /// Looks for the surface in the bounds; `aim` is the number of uniform points wanted (about; at least some thousand
-/// are drawn). `None` where there is no surface.
+/// are drawn), `fine` that of the boxes and of the lines along each axis. `None` where there is no surface.
 pub(crate) fn seed<'s>(
     surface: &'s dyn Surface,
     run: &mut Run<'_>,
     bounds: &Aabb,
     aim: usize,
+    fine: usize,
 ) -> Result<(Option<Seeds<'s>>, bool), FieldError> {
     let walls = Walls::new(bounds, surface.axes());
     let bounds = &Aabb::new(walls.lo, walls.hi);
-    let region = region::find(surface, run, bounds, walls.axes, BOXES)?;
+    let region = region::find(surface, run, bounds, walls.axes, fine)?;
     if region.boxes.is_empty() {
         return Ok((None, region.certified));
     }
@@ -110,7 +111,7 @@ pub(crate) fn seed<'s>(
     };
     let mean_cross = region.boxes.iter().map(cross).sum::<f64>() / region.boxes.len() as f64;
     // Few boxes (a small or simple surface) get several lines each.
-    let per_box = (BOXES as f64 / region.boxes.len() as f64).clamp(1.0, 64.0);
+    let per_box = (fine as f64 / region.boxes.len() as f64).clamp(1.0, 64.0);
     let first = per_box / mean_cross;
     cast(&region, run, walls.axes, first, rng.child(0), &mut roots)?;
     let mut area = roots.area;
