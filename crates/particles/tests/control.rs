@@ -324,3 +324,30 @@ fn a_held_pin_is_met_where_derivatives_change_much_within_a_step() {
     let q = f.q();
     assert!((q[0] - 1.5f64.ln()).abs() < 1e-9 && (q[1] - 0.5).abs() < 1e-9, "{q:?}");
 }
+
+#[test]
+fn what_nothing_can_move_keeps_every_bit() {
+    // The angle about an axis of symmetry and the rate of a twist of a solid of revolution: their derivatives are rounding.
+    for (formula, free, at) in [
+        ("twist(ellipsoid(1, 1, 2), rate=0.1)", "twist/rate", [0.0, 1.0, 0.0]),
+        ("rotate(ellipsoid(2, 1, 1), angle=0.3, ax=1, az=0)", "rotate/angle", [0.0, 0.6, 0.8]),
+    ] {
+        let mut f = field(formula, &[]);
+        for i in 0..f.parameters().len() {
+            let frozen = f.parameters()[i].path != free;
+            f.set_frozen(i, frozen);
+        }
+        let before = f.q();
+        assert_eq!(before.len(), 1, "{formula}");
+        let mut points = around();
+        isoswarm_particles::project(&f, &mut points, 4.0).unwrap();
+        let metric = sensitivity(&f, &points).unwrap();
+        let mut pins = [Pin::new(at)];
+        pins[0].target = Some([0.3, 1.3, 0.2]);
+        for report in drag(&mut f, &mut pins, &metric, 40) {
+            assert_eq!((report.rank, f.q()[0].to_bits()), (0, before[0].to_bits()), "{formula}: {report:?}");
+        }
+        // The pin slips to where the surface is nearest to the hand.
+        assert!(off(&f, pins[0].at) < 1e-9 && pins[0].at[0] > 0.05, "{formula}: {pins:?}");
+    }
+}

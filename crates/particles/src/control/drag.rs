@@ -114,6 +114,7 @@ fn attempt(
     let places: Vec<V3> = pins.iter().map(|p| p.at).collect();
     let rows = differentiate(surface, &places)?;
     let least = negligible(&rows.gradient);
+    let metric = &effective(&rows, metric, &surface.scales(), least, options.tolerance)[..];
     let off: Vec<f64> = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
     let rests = |i: usize| pins[i].target.is_none() && off[i] <= AT_REST * options.tolerance;
     if desired.iter().all(|d| *d == 0.0) && (0..n).all(rests) {
@@ -215,6 +216,28 @@ fn wish(pin: &Pin, options: &StepOptions) -> V3 {
     scale(offset, gain.min(options.longest / length.max(f64::MIN_POSITIVE)))
 }
 
+/// The metric without the parameters of pins that nothing can move: a pin that no parameter's typical change (its scale) moves by
+/// more than `tolerance` has rounding for derivatives, and following them would take changes without end. Parameters that move
+/// some pin keep their cost, the others get none and thus no column.
+fn effective(rows: &Rows, metric: &[f64], scales: &[f64], least: f64, tolerance: f64) -> Vec<f64> {
+    let mut metric = metric.to_vec();
+    let effects = |i: usize| {
+        let size = norm(rows.gradient[i]);
+        let entries = rows.q_gradient.entries_of(i).filter(move |_| size > least);
+        entries.map(move |(j, v)| (j, v.abs() * scales[j] / size))
+    };
+    let n = rows.gradient.len();
+    let immovable = |i: &usize| effects(*i).all(|(_, v)| v <= tolerance);
+    let doubtful: Vec<usize> = (0..n).filter(immovable).collect();
+    if doubtful.is_empty() {
+        return metric;
+    }
+    let mut moves = vec![false; metric.len()];
+    (0..n).flat_map(&effects).filter(|e| e.1 > tolerance).for_each(|(j, _)| moves[j] = true);
+    doubtful.into_iter().flat_map(&effects).filter(|e| !moves[e.0]).for_each(|(j, _)| metric[j] = 0.0);
+    metric
+}
+
 /// How far a parameter may go down and up in a step. One that must be above 0, such as a radius, goes at most half of the way:
 /// what has shrunk to nothing has no derivatives that could bring it back.
 fn room((lo, hi): (f64, f64), q: f64) -> (f64, f64) {
@@ -287,7 +310,8 @@ impl Trial<'_> {
         let mut first: Option<(f64, Vec<f64>, Vec<V3>)> = None;
         let (mut renewed, mut spent) = (None, 0);
         for round in 0.. {
-            let next: Vec<f64> = self.q.iter().zip(&change).map(|(a, b)| a + b).collect();
+            let moved = |(a, b): (&f64, &f64)| if *b == 0.0 { *a } else { a + b };
+            let next: Vec<f64> = self.q.iter().zip(&change).map(moved).collect();
             if !next.iter().all(|v| v.is_finite()) {
                 return Ok(None);
             }
