@@ -351,3 +351,25 @@ fn what_nothing_can_move_keeps_every_bit() {
         assert!(off(&f, pins[0].at) < 1e-9 && pins[0].at[0] > 0.05, "{formula}: {pins:?}");
     }
 }
+
+#[test]
+fn contradictory_drags_are_least_squares_at_any_speed() {
+    // Only the radius is free; five hands at 1.3 and one at 1.5: the mean, however short the steps.
+    for (longest, steps) in [(0.5, 60), (0.05, 100), (0.005, 1500)] {
+        let mut f = field("sqrt(x^2 + y^2 + z^2) - r", &[("r", 1.0)]);
+        let mut pins: Vec<Pin> = (0..6)
+            .map(|i| {
+                let mut at = [0.0; 3];
+                at[i / 2] = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let far = if i == 0 { 1.5 } else { 1.3 };
+                Pin { target: Some(at.map(|v| far * v)), ..Pin::new(at) }
+            })
+            .collect();
+        let options = StepOptions { longest, ..FINE };
+        for _ in 0..steps {
+            step(&mut f, &mut pins, &[1.0], &[], &options).unwrap();
+        }
+        assert!((f.q()[0] - 4.0 / 3.0).abs() < 1e-9, "{longest}: {:?}", f.q());
+        assert!(pins.iter().all(|p| off(&f, p.at) < 1e-9), "{pins:?}");
+    }
+}

@@ -121,7 +121,7 @@ fn attempt(
         // Nothing wants to move: not a bit of q changes.
         return Ok(unmoved(&rows, pins, metric, off, least));
     }
-    let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
+    let wishes = wishes(pins, options);
     let limits = surface.limits();
     let room: Vec<(f64, f64)> = limits.iter().zip(q).map(|(&l, &q)| room(l, q)).collect();
     let squared = |i: usize| {
@@ -206,14 +206,26 @@ fn unmoved(rows: &Rows, pins: &[Pin], metric: &[f64], residual: Vec<f64>, least:
     }
 }
 
-/// The way that a pin would like to go.
-fn wish(pin: &Pin, options: &StepOptions) -> V3 {
-    let Some(target) = pin.target else { return [0.0; 3] };
-    let offset = pin.guide.allowed(sub(target, pin.at));
-    let length = norm(offset);
-    // The last bit at once, so that the spring arrives.
-    let gain = if length < 0.25 * options.longest { 1.0 } else { options.gain };
-    scale(offset, gain.min(options.longest / length.max(f64::MIN_POSITIVE)))
+/// The ways that pins would like to go. Dragged pins go the same part of their ways: each shortened by itself, pins that
+/// contradict each other would be weighed by their steps and not by what remains. Soft pins go no larger part.
+fn wishes(pins: &[Pin], options: &StepOptions) -> Vec<V3> {
+    let offsets: Vec<V3> =
+        pins.iter().map(|p| p.target.map_or([0.0; 3], |t| p.guide.allowed(sub(t, p.at)))).collect();
+    let part = |length: f64| {
+        // The last bit at once, so that the spring arrives.
+        let gain = if length < 0.25 * options.longest { 1.0 } else { options.gain };
+        gain.min(options.longest / length.max(f64::MIN_POSITIVE))
+    };
+    let exact = |i: &usize| pins[*i].target.is_some() && pins[*i].softness == 0.0;
+    let dragged: Vec<usize> = (0..pins.len()).filter(exact).collect();
+    let common = part(dragged.iter().map(|&i| norm(offsets[i])).fold(0.0, f64::max));
+    let several = dragged.len() > 1;
+    let of = |(pin, offset): (&Pin, &V3)| match (pin.softness == 0.0, several) {
+        (true, _) => scale(*offset, common),
+        (false, true) => scale(*offset, part(norm(*offset)).min(common)),
+        (false, false) => scale(*offset, part(norm(*offset))),
+    };
+    pins.iter().zip(&offsets).map(of).collect()
 }
 
 /// The metric without the parameters of pins that nothing can move: a pin that no parameter's typical change (its scale) moves by
