@@ -68,7 +68,7 @@ class Pin:
 
     @property
     def weight(self) -> float:
-        """What it counts beside pins that contradict it."""
+        """What it counts beside pins that contradict it: w² times its squared distance is made small."""
         return self._read()["weight"]  # type: ignore[no-any-return]
 
     @property
