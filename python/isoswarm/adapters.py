@@ -91,7 +91,21 @@ class Twist(Adapter):
 
 @dataclass(frozen=True)
 class Bend(Adapter):
-    """Bends the part along an axis through `center` (its middle, if not given): a rate."""
+    """Bends the part about an axis through `center` (its middle, if not given): a rate, the curvature of the arc.
+
+    The axis is the one that the arc turns about, not the line that bends. For the axis "z" the line along x through
+    `center` becomes an arc (towards y), for "x" the line along y (towards z), for "y" the line along z (towards
+    x). So a part that is long in z is bent with the axis "y".
+
+    Examples
+    --------
+    >>> import isoswarm as iso
+    >>> scene = iso.Scene(iso.capsule(r=0.3, h=3), n=200)
+    >>> hand = scene.pin((0, 0, 1.8))
+    >>> scene.adapt("", iso.Bend(axis="y")).drag(hand, to=(0.2, 0, 1.79)).result.distance < 0.05
+    True
+
+    """
 
     kind: ClassVar[str] = "bend"
     axis: Axis = "z"

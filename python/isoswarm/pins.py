@@ -68,7 +68,7 @@ class Pin:
 
     @property
     def weight(self) -> float:
-        """What it counts beside pins that contradict it."""
+        """What it counts beside pins that contradict it: w² times its squared distance is made small."""
         return self._read()["weight"]  # type: ignore[no-any-return]
 
     @property
@@ -291,9 +291,10 @@ class FitResult:
     reason : str
         Why it ended.
     rms : float
-        Root of the weighted mean square distance between points and surface, as the loss sees it.
+        Root of the mean square distance between the surface and the given points, whatever the loss. Weights count
+        squared; pins, and points that were left out, do not count.
     largest : float
-        The largest distance.
+        The largest distance of these points.
     rank : int
         Parameters, or combinations of them, that the points determine...
     freedom : int
@@ -302,6 +303,8 @@ class FitResult:
         Steps taken or tried.
     at_limit : tuple of str
         Paths of the parameters that ended at a bound and would go on.
+    skipped : int
+        Points that were left out: of weight 0, or where F has no gradient.
 
     """
 
@@ -313,6 +316,7 @@ class FitResult:
     freedom: int
     iterations: int
     at_limit: tuple[str, ...]
+    skipped: int = 0
 
     @classmethod
     def of(cls, found: dict[str, Any]) -> FitResult:
@@ -326,6 +330,8 @@ class FitResult:
             ("distance", f"{self.rms:.3g} (root mean square), {self.largest:.3g} at most"),
             ("rank", f"{self.rank} of {self.freedom} parameters"),
         ]
+        if self.skipped:
+            rows.append(("left out", f"{self.skipped} points of weight 0 or without a gradient"))
         if self.at_limit:
             rows.append(("at a limit", ", ".join(self.at_limit)))
         return rows

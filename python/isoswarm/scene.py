@@ -146,7 +146,8 @@ class Scene(EditableScene):
         name : str, optional
             To refer to it, as ``scene["hand"]``.
         weight : float
-            What it counts beside pins that contradict it, above 0.
+            What it counts beside pins that contradict it, above 0. It acts squared: the sum of w² s² over the pins'
+            distances s is made small.
         softness : float
             0: the surface passes through it exactly, if it can. Above 0: missing it by a length s costs as much as
             moving the surface by s/softness everywhere.
@@ -306,7 +307,7 @@ class Scene(EditableScene):
         points : array_like, (n, 3)
             The points. Pins count as points too, much more than these.
         weights : array_like, (n,), optional
-            What each counts, 0 or more.
+            What each counts, 0 or more: the sum of w² s² over the distances s is made small.
         loss : "squares" or (name, length)
             What a distance costs: its square; or, with ``"huber"``, ``"cauchy"`` or ``"soft_l1"`` and a length in
             model units, less than that beyond the length, so that points that are far off count little.

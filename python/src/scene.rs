@@ -335,6 +335,7 @@ fn fit(py: Python<'_>, r: FitReport) -> PyResult<Bound<'_, PyDict>> {
     d.set_item("reason", r.reason)?;
     d.set_item("rms", r.rms)?;
     d.set_item("largest", r.largest)?;
+    d.set_item("skipped", r.skipped)?;
     d.set_item("rank", r.rank)?;
     d.set_item("freedom", r.freedom)?;
     d.set_item("iterations", r.iterations)?;

@@ -324,3 +324,52 @@ fn a_held_pin_is_met_where_derivatives_change_much_within_a_step() {
     let q = f.q();
     assert!((q[0] - 1.5f64.ln()).abs() < 1e-9 && (q[1] - 0.5).abs() < 1e-9, "{q:?}");
 }
+
+#[test]
+fn what_nothing_can_move_keeps_every_bit() {
+    // The angle about an axis of symmetry and the rate of a twist of a solid of revolution: their derivatives are rounding.
+    for (formula, free, at) in [
+        ("twist(ellipsoid(1, 1, 2), rate=0.1)", "twist/rate", [0.0, 1.0, 0.0]),
+        ("rotate(ellipsoid(2, 1, 1), angle=0.3, ax=1, az=0)", "rotate/angle", [0.0, 0.6, 0.8]),
+    ] {
+        let mut f = field(formula, &[]);
+        for i in 0..f.parameters().len() {
+            let frozen = f.parameters()[i].path != free;
+            f.set_frozen(i, frozen);
+        }
+        let before = f.q();
+        assert_eq!(before.len(), 1, "{formula}");
+        let mut points = around();
+        isoswarm_particles::project(&f, &mut points, 4.0).unwrap();
+        let metric = sensitivity(&f, &points).unwrap();
+        let mut pins = [Pin::new(at)];
+        pins[0].target = Some([0.3, 1.3, 0.2]);
+        for report in drag(&mut f, &mut pins, &metric, 40) {
+            assert_eq!((report.rank, f.q()[0].to_bits()), (0, before[0].to_bits()), "{formula}: {report:?}");
+        }
+        // The pin slips to where the surface is nearest to the hand.
+        assert!(off(&f, pins[0].at) < 1e-9 && pins[0].at[0] > 0.05, "{formula}: {pins:?}");
+    }
+}
+
+#[test]
+fn contradictory_drags_are_least_squares_at_any_speed() {
+    // Only the radius is free; five hands at 1.3 and one at 1.5: the mean, however short the steps.
+    for (longest, steps) in [(0.5, 60), (0.05, 100), (0.005, 1500)] {
+        let mut f = field("sqrt(x^2 + y^2 + z^2) - r", &[("r", 1.0)]);
+        let mut pins: Vec<Pin> = (0..6)
+            .map(|i| {
+                let mut at = [0.0; 3];
+                at[i / 2] = if i % 2 == 0 { 1.0 } else { -1.0 };
+                let far = if i == 0 { 1.5 } else { 1.3 };
+                Pin { target: Some(at.map(|v| far * v)), ..Pin::new(at) }
+            })
+            .collect();
+        let options = StepOptions { longest, ..FINE };
+        for _ in 0..steps {
+            step(&mut f, &mut pins, &[1.0], &[], &options).unwrap();
+        }
+        assert!((f.q()[0] - 4.0 / 3.0).abs() < 1e-9, "{longest}: {:?}", f.q());
+        assert!(pins.iter().all(|p| off(&f, p.at) < 1e-9), "{pins:?}");
+    }
+}

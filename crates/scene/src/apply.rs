@@ -420,7 +420,7 @@ impl Scene {
         let pins = &self.now.state.pins;
         let Some(hold) = &mut self.now.hold else { return Standing { remaining: 0.0, stalled: false } };
         let remaining = hold.remaining(pins);
-        Standing { remaining, stalled: hold.is_stalled(remaining, longest) }
+        Standing { remaining, stalled: hold.is_stalled(pins, longest) }
     }
 
     /// Lets go, and settles.

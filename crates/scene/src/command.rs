@@ -149,7 +149,7 @@ pub enum Command {
         /// A name to refer to it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         name: Option<String>,
-        /// What it counts beside pins that contradict it, above 0.
+        /// What it counts beside pins that contradict it, above 0; it acts squared.
         #[serde(default = "one")]
         weight: f64,
         /// 0: met exactly where possible; above 0: missed at a cost.

@@ -21,6 +21,8 @@ const MEASURED_EVERY: u64 = 16;
 const GRIP_SOFTNESS: f64 = 0.1;
 /// Points of a gripped patch around its pin.
 const GRIP_POINTS: usize = 6;
+/// Parts of a step that are tried, one after the other, until what is under an adapter can follow.
+const FOLLOWED: [f64; 5] = [1.0, 0.25, 0.06, 0.015, 0.004];
 
 /// How much a box grows, as a part of its diagonal, where the surface has come to it and no box is found.
 const WIDER: f64 = 0.25;
@@ -89,13 +91,10 @@ impl Now {
     /// its end), radii, births and deaths.
     pub(crate) fn step(&mut self) -> Result<Option<ControlStep>, Error> {
         let before = self.state.settings.follow.then(|| (self.state.field.clone(), self.state.field.q()));
-        let report = self.move_surface()?;
+        let report = self.move_and_hand_over()?;
         if let Some((field, q)) = before {
             let now = self.state.field.q();
             self.swarm.follow(&field, &now.iter().zip(&q).map(|(b, a)| b - a).collect::<Vec<_>>())?;
-        }
-        if report.is_some() {
-            self.hand_over()?;
         }
         self.keep_in_view()?;
         if let Some(focus) = self.state.settings.focus {
@@ -117,8 +116,38 @@ impl Now {
         Ok(report)
     }
 
-    /// Pins and parameters. `None` where nothing wants to move.
-    fn move_surface(&mut self) -> Result<Option<ControlStep>, Error> {
+    /// Pins and parameters, and what is under an adapter after them: by a smaller part of the step where it cannot follow, as where
+    /// the deformation folds space over. Where no part will do, all stays as it was and the step is stuck.
+    fn move_and_hand_over(&mut self) -> Result<Option<ControlStep>, Error> {
+        if self.state.adapting.is_none() {
+            return self.move_surface(1.0);
+        }
+        let (q, pins, hold) = (self.state.field.q(), self.state.pins.clone(), self.hold.clone());
+        let mut stuck = None;
+        for part in FOLLOWED {
+            let Some(report) = self.move_surface(part)? else { return Ok(None) };
+            let Err(error) = self.hand_over() else { return Ok(Some(report)) };
+            if report.q_change.iter().all(|v| *v == 0.0) {
+                return Err(error);
+            }
+            self.state.field.set_q(&q)?;
+            self.state.pins.clone_from(&pins);
+            self.hold.clone_from(&hold);
+            stuck = Some(report);
+        }
+        let Some(mut report) = stuck else { return Ok(None) };
+        report.q_change.fill(0.0);
+        report.slip.fill([0.0; 3]);
+        (report.moved, report.stuck) = (0.0, true);
+        if let Some(hold) = &mut self.hold {
+            hold.add_slip(&self.state.pins, &report);
+        }
+        self.rested = self.hold.is_none();
+        Ok(Some(report))
+    }
+
+    /// Pins and parameters, by a part of the longest step. `None` where nothing wants to move.
+    fn move_surface(&mut self, part: f64) -> Result<Option<ControlStep>, Error> {
         let q = self.state.field.q();
         let desired = self.desired(&q);
         if q.is_empty() || (self.rested && self.hold.is_none() && desired.is_empty()) {
@@ -145,7 +174,7 @@ impl Now {
         self.measure_costs()?;
         let settings = &self.state.settings;
         let options = StepOptions {
-            longest: settings.speed * self.swarm.size,
+            longest: part * settings.speed * self.swarm.size,
             gain: if self.hold.as_ref().is_some_and(Hold::is_guided) { 1.0 } else { settings.gain },
             tolerance: TOLERANCE * self.swarm.size,
         };

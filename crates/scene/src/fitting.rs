@@ -50,25 +50,107 @@ impl Scene {
             ..FitOptions::default()
         };
         let found = fit(&mut field, &all, options)?;
+        let summary = Summary::of(&found.residuals[..points.len()], &weight);
+        if summary.skipped == points.len() {
+            return Err(Error::option(
+                "points",
+                "a point or more with a weight above 0 at which F has a gradient (pins do not count)",
+                format!("{} of which none can be used; raise the weights or move the points", points.len()),
+            ));
+        }
         self.remember();
         let paths: Vec<String> =
             field.parameters().iter().filter(|p| p.is_free()).map(|p| p.path.clone()).collect();
         self.now.state.field = field;
         self.resettle("this fit")?;
-        let largest = found.residuals[..points.len()]
-            .iter()
-            .filter(|d| !d.is_nan())
-            .fold(0.0f64, |a, d| a.max(d.abs()));
         let fit = FitReport {
             converged: found.status.is_converged(),
             reason: found.status.to_string(),
-            rms: found.rms,
-            largest,
+            rms: summary.rms,
+            largest: summary.largest,
+            skipped: summary.skipped,
             rank: found.rank,
             freedom: found.freedom,
             iterations: found.iterations,
             at_limit: found.at_limit.iter().filter_map(|&i| paths.get(i).cloned()).collect(),
         };
         Ok(Change { parameters: true, fit: Some(fit), ..Change::default() })
+    }
+}
+
+/// How far the given points are, without pins.
+struct Summary {
+    rms: f64,
+    largest: f64,
+    skipped: usize,
+}
+
+impl Summary {
+    /// From signed distances, NaN where a point was left out; the weights count squared, as they do in the fit.
+    fn of(distances: &[f64], weights: &[f64]) -> Self {
+        let (mut square, mut weight, mut largest, mut skipped) = (0.0, 0.0, 0.0f64, 0);
+        for (d, w) in distances.iter().zip(weights) {
+            if d.is_nan() {
+                skipped += 1;
+                continue;
+            }
+            square += w * w * d * d;
+            weight += w * w;
+            largest = largest.max(d.abs());
+        }
+        let rms = if weight > 0.0 { (square / weight).sqrt() } else { 0.0 };
+        Self { rms, largest, skipped }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Amount, Command, Settings};
+    use isoswarm_field::text;
+
+    fn scene(formula: &str) -> Scene {
+        let settings = Settings { amount: Amount::Count(150), ..Settings::default() };
+        Scene::new(&text::parse(formula, &[]).unwrap(), settings).unwrap()
+    }
+
+    fn points(s: &mut Scene, points: &[V], weights: &[f64]) -> Result<FitReport, Error> {
+        let (points, weights) = (points.to_vec(), weights.to_vec());
+        let command = Command::Fit { points, weights, loss: FitLoss::Squares, iterations: 50 };
+        Ok(s.apply(command)?.fit.unwrap())
+    }
+
+    type V = [f64; 3];
+
+    #[test]
+    fn points_without_a_say_are_refused_and_some_are_counted() {
+        let mut s = scene("ellipsoid(1, 1.5, 0.8)");
+        let q = s.field().q();
+        let around = [[1.1, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 0.8]];
+        for pinned in [false, true] {
+            for (p, w) in [(&[[0.0; 3]; 3], &[][..]), (&around, &[0.0; 3][..])] {
+                let e = points(&mut s, p, w).unwrap_err().to_string();
+                assert!(e.contains("none can be used"), "{e}");
+                assert_eq!(s.field().q(), q);
+            }
+            if !pinned {
+                s.pin([1.0, 0.0, 0.0]).unwrap();
+            }
+        }
+        let mut s = scene("ellipsoid(1, 1.5, 0.8)");
+        let report = points(&mut s, &around, &[1.0, 0.0, 1.0]).unwrap();
+        assert!(report.skipped == 1 && report.converged, "{report:?}");
+    }
+
+    #[test]
+    fn pins_do_not_dilute_the_distance_of_the_points() {
+        // The pin holds r = 1; the points lie on spheres of 1.1 and 1.3.
+        let mut s = scene("sphere(1)");
+        s.pin([1.0, 0.0, 0.0]).unwrap();
+        let around = [[0.0, 1.1, 0.0], [0.0, -1.1, 0.0], [0.0, 0.0, 1.3], [0.0, 0.0, -1.3]];
+        let report = points(&mut s, &around, &[]).unwrap();
+        let expected = ((0.01 + 0.09) / 2.0f64).sqrt();
+        assert!((report.rms - expected).abs() < 0.05 * expected, "{report:?}");
+        assert_eq!(report.skipped, 0);
     }
 }

@@ -75,14 +75,15 @@ pub(crate) struct Hold {
     slip: Vec<(u64, V3)>,
     pub(crate) steps: usize,
     pub(crate) last: ControlStep,
-    best: f64,
+    /// The least that has remained, by each measure of [`Hold::left`].
+    best: [f64; 3],
     waited: usize,
 }
 
 impl Hold {
     pub(crate) fn new(targets: Vec<(u64, V3)>) -> Self {
         let slip = targets.iter().map(|&(id, _)| (id, [0.0; 3])).collect();
-        Self { targets, slip, best: f64::INFINITY, ..Self::default() }
+        Self { targets, slip, best: [f64::INFINITY; 3], ..Self::default() }
     }
 
     pub(crate) fn turning(motion: Motion) -> Self {
@@ -98,7 +99,7 @@ impl Hold {
             }
         }
         self.targets = targets;
-        (self.best, self.waited) = (f64::INFINITY, 0);
+        (self.best, self.waited) = ([f64::INFINITY; 3], 0);
     }
 
     /// Takes the floaters within a radius of each pin along, less and less towards the edge: (1 - t²)².
@@ -169,26 +170,45 @@ impl Hold {
         self.steps += 1;
     }
 
-    /// The largest distance between a pin and where it shall go now, along what its guide allows.
-    fn distance(&self, pins: &[ScenePin]) -> f64 {
+    /// The distances between pins and where they shall go now, along what their guides allow: the largest, their sum, and the root
+    /// of the sum of their squares.
+    fn left(&self, pins: &[ScenePin]) -> [f64; 3] {
         let way = |p: &ScenePin, t: V3| norm(p.pin.guide.allowed(sub(t, p.pin.at)));
         let of = |(id, t): &(u64, V3)| pins.iter().find(|p| p.id == *id).map_or(0.0, |p| way(p, *t));
-        self.targets.iter().map(of).fold(0.0, f64::max)
+        let (mut largest, mut sum, mut square) = (0.0f64, 0.0, 0.0f64);
+        for d in self.targets.iter().map(of) {
+            (largest, sum, square) = (largest.max(d), sum + d, square + d * d);
+        }
+        // Of a single pin they are the same, to the last bit.
+        [largest, sum, if self.targets.len() > 1 { square.sqrt() } else { largest }]
+    }
+
+    /// The largest of these distances.
+    fn distance(&self, pins: &[ScenePin]) -> f64 {
+        self.left(pins)[0]
     }
 
     /// The largest distance between a pin and the end of its way.
     pub(crate) fn remaining(&self, pins: &[ScenePin]) -> f64 {
-        let left = self.motion.as_ref().map_or(0.0, |m| (1.0 - m.done) * m.length());
-        self.distance(pins) + left
+        self.distance(pins) + self.motion_left()
     }
 
-    /// Whether there has been no progress for a while; to be asked once a step.
-    pub(crate) fn is_stalled(&mut self, remaining: f64, longest: f64) -> bool {
-        if remaining < self.best - PROGRESS * longest {
-            (self.best, self.waited) = (remaining, 0);
-        } else {
-            self.waited += 1;
+    /// What of a rigid motion has not been asked for.
+    fn motion_left(&self) -> f64 {
+        self.motion.as_ref().map_or(0.0, |m| (1.0 - m.done) * m.length())
+    }
+
+    /// Whether there has been no progress for a while, be it of the pin that is farthest off or of all together (one
+    /// that cannot move does not end the way of the others); to be asked once a step.
+    pub(crate) fn is_stalled(&mut self, pins: &[ScenePin], longest: f64) -> bool {
+        let (left, way) = (self.left(pins), self.motion_left());
+        let mut progress = false;
+        for (best, now) in self.best.iter_mut().zip(left.map(|d| d + way)) {
+            if now < *best - PROGRESS * longest {
+                (*best, progress) = (now, true);
+            }
         }
+        self.waited = if progress { 0 } else { self.waited + 1 };
         self.waited >= PATIENCE
     }
 

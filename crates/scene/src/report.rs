@@ -62,10 +62,13 @@ pub struct FitReport {
     pub converged: bool,
     /// Why it ended.
     pub reason: String,
-    /// Root of the weighted mean square distance between points and surface, as the loss sees it.
+    /// Root of the mean square distance between the surface and the points, whatever the loss; weights count squared, pins and
+    /// points that were left out not at all.
     pub rms: f64,
-    /// The largest distance.
+    /// The largest distance of these points.
     pub largest: f64,
+    /// Points that were left out: of weight 0, or where F has no gradient.
+    pub skipped: usize,
     /// Parameters, or combinations of them, that the points determine, of...
     pub rank: usize,
     /// ...the free parameters.

@@ -1,7 +1,7 @@
 //! Adapters on parts of a scene (HBJF02 section 5): what they show, what they hand over, what they say when they cannot.
 
 use isoswarm_field::text;
-use isoswarm_scene::{Amount, Change, Command, Hand, PinRef, Scene, Settings};
+use isoswarm_scene::{Amount, Change, Command, Ending, Hand, PinRef, Scene, Settings};
 
 fn scene(formula: &str) -> Scene {
     let bounds = Some([[-3.0; 3], [4.0, 3.0, 3.0]]);
@@ -217,4 +217,44 @@ fn an_operator_whose_box_cannot_be_found_keeps_that_of_the_scene() {
     assert!(reopened(&s.to_json().unwrap()).is_ok(), "and can be opened again");
     s.apply(Command::Undo {}).unwrap();
     assert!(s.settings().bounds.is_none());
+}
+
+#[test]
+fn a_bend_that_would_fold_over_stops_instead_of_failing() {
+    let settings = Settings { amount: Amount::Count(300), ..Settings::default() };
+    let model = text::parse("translate(capsule(0.3, 3))", &[]).unwrap();
+    let mut s = Scene::new(&model, settings).unwrap();
+    let before = s.model().unwrap();
+    let hand = s.pin([0.0, 0.0, 1.8]).unwrap();
+    s.apply(adapt("", "bend")).unwrap();
+    let report = drag(&mut s, hand, [0.05, 0.02, 1.83]).drag.unwrap();
+    assert!(!report.reached && report.ending == Ending::Stuck, "{report:?}");
+    assert!(s.field().q()[0].abs() < 10.0, "{:?}", s.field().q());
+    s.apply(Command::Cancel {}).unwrap();
+    assert_eq!(s.model().unwrap(), before);
+}
+
+#[test]
+fn a_twist_about_an_axis_of_symmetry_does_nothing() {
+    let settings = Settings { amount: Amount::Count(200), ..Settings::default() };
+    let mut s = Scene::new(&text::parse("capsule(0.3, 3)", &[]).unwrap(), settings).unwrap();
+    let hand = s.pin([0.3, 0.0, 0.5]).unwrap();
+    s.apply(adapt("", "twist")).unwrap();
+    let before = s.field().q();
+    let report = drag(&mut s, hand, [0.5, 0.2, 0.6]).drag.unwrap();
+    assert_eq!((report.ending, report.rank, s.field().q()), (Ending::Stuck, 0, before));
+}
+
+#[test]
+fn a_bend_about_y_bends_what_is_long_in_z() {
+    let settings = Settings { amount: Amount::Count(200), ..Settings::default() };
+    let mut s = Scene::new(&text::parse("capsule(0.3, 3)", &[]).unwrap(), settings).unwrap();
+    let hand = s.pin([0.0, 0.0, 1.8]).unwrap();
+    let mut bend = adapt("", "bend");
+    let Command::Adapt { axis, .. } = &mut bend else { unreachable!() };
+    *axis = Some(1);
+    s.apply(bend).unwrap();
+    let report = drag(&mut s, hand, [0.2, 0.0, 1.79]).drag.unwrap();
+    assert!(report.distance < 0.05, "{report:?}");
+    assert!((s.field().q()[0].abs() - 0.123).abs() < 0.01, "{:?}", s.field().q());
 }

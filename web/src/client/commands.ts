@@ -124,6 +124,8 @@ export interface FitReport {
   reason: string;
   rms: number;
   largest: number;
+  /** Points that were left out: of weight 0, or where F has no gradient. */
+  skipped: number;
   rank: number;
   freedom: number;
   iterations: number;

@@ -35,6 +35,7 @@ pub fn fit(r: &FitReport) -> Value {
         "reason": r.reason,
         "rms": r.rms,
         "largest": r.largest,
+        "skipped": r.skipped,
         "rank": r.rank,
         "freedom": r.freedom,
         "iterations": r.iterations,

@@ -114,13 +114,14 @@ fn attempt(
     let places: Vec<V3> = pins.iter().map(|p| p.at).collect();
     let rows = differentiate(surface, &places)?;
     let least = negligible(&rows.gradient);
+    let metric = &effective(&rows, metric, &surface.scales(), least, options.tolerance)[..];
     let off: Vec<f64> = (0..n).map(|i| distance_of(rows.value[i], rows.gradient[i], least)).collect();
     let rests = |i: usize| pins[i].target.is_none() && off[i] <= AT_REST * options.tolerance;
     if desired.iter().all(|d| *d == 0.0) && (0..n).all(rests) {
         // Nothing wants to move: not a bit of q changes.
         return Ok(unmoved(&rows, pins, metric, off, least));
     }
-    let wishes: Vec<V3> = pins.iter().map(|p| wish(p, options)).collect();
+    let wishes = wishes(pins, options);
     let limits = surface.limits();
     let room: Vec<(f64, f64)> = limits.iter().zip(q).map(|(&l, &q)| room(l, q)).collect();
     let squared = |i: usize| {
@@ -205,14 +206,48 @@ fn unmoved(rows: &Rows, pins: &[Pin], metric: &[f64], residual: Vec<f64>, least:
     }
 }
 
-/// The way that a pin would like to go.
-fn wish(pin: &Pin, options: &StepOptions) -> V3 {
-    let Some(target) = pin.target else { return [0.0; 3] };
-    let offset = pin.guide.allowed(sub(target, pin.at));
-    let length = norm(offset);
-    // The last bit at once, so that the spring arrives.
-    let gain = if length < 0.25 * options.longest { 1.0 } else { options.gain };
-    scale(offset, gain.min(options.longest / length.max(f64::MIN_POSITIVE)))
+/// The ways that pins would like to go. Dragged pins go the same part of their ways: each shortened by itself, pins that
+/// contradict each other would be weighed by their steps and not by what remains. Soft pins go no larger part.
+fn wishes(pins: &[Pin], options: &StepOptions) -> Vec<V3> {
+    let offsets: Vec<V3> =
+        pins.iter().map(|p| p.target.map_or([0.0; 3], |t| p.guide.allowed(sub(t, p.at)))).collect();
+    let part = |length: f64| {
+        // The last bit at once, so that the spring arrives.
+        let gain = if length < 0.25 * options.longest { 1.0 } else { options.gain };
+        gain.min(options.longest / length.max(f64::MIN_POSITIVE))
+    };
+    let exact = |i: &usize| pins[*i].target.is_some() && pins[*i].softness == 0.0;
+    let dragged: Vec<usize> = (0..pins.len()).filter(exact).collect();
+    let common = part(dragged.iter().map(|&i| norm(offsets[i])).fold(0.0, f64::max));
+    let several = dragged.len() > 1;
+    let of = |(pin, offset): (&Pin, &V3)| match (pin.softness == 0.0, several) {
+        (true, _) => scale(*offset, common),
+        (false, true) => scale(*offset, part(norm(*offset)).min(common)),
+        (false, false) => scale(*offset, part(norm(*offset))),
+    };
+    pins.iter().zip(&offsets).map(of).collect()
+}
+
+/// The metric without the parameters of pins that nothing can move: a pin that no parameter's typical change (its scale) moves by
+/// more than `tolerance` has rounding for derivatives, and following them would take changes without end. Parameters that move
+/// some pin keep their cost, the others get none and thus no column.
+fn effective(rows: &Rows, metric: &[f64], scales: &[f64], least: f64, tolerance: f64) -> Vec<f64> {
+    let mut metric = metric.to_vec();
+    let effects = |i: usize| {
+        let size = norm(rows.gradient[i]);
+        let entries = rows.q_gradient.entries_of(i).filter(move |_| size > least);
+        entries.map(move |(j, v)| (j, v.abs() * scales[j] / size))
+    };
+    let n = rows.gradient.len();
+    let immovable = |i: &usize| effects(*i).all(|(_, v)| v <= tolerance);
+    let doubtful: Vec<usize> = (0..n).filter(immovable).collect();
+    if doubtful.is_empty() {
+        return metric;
+    }
+    let mut moves = vec![false; metric.len()];
+    (0..n).flat_map(&effects).filter(|e| e.1 > tolerance).for_each(|(j, _)| moves[j] = true);
+    doubtful.into_iter().flat_map(&effects).filter(|e| !moves[e.0]).for_each(|(j, _)| metric[j] = 0.0);
+    metric
 }
 
 /// How far a parameter may go down and up in a step. One that must be above 0, such as a radius, goes at most half of the way:
@@ -287,7 +322,8 @@ impl Trial<'_> {
         let mut first: Option<(f64, Vec<f64>, Vec<V3>)> = None;
         let (mut renewed, mut spent) = (None, 0);
         for round in 0.. {
-            let next: Vec<f64> = self.q.iter().zip(&change).map(|(a, b)| a + b).collect();
+            let moved = |(a, b): (&f64, &f64)| if *b == 0.0 { *a } else { a + b };
+            let next: Vec<f64> = self.q.iter().zip(&change).map(moved).collect();
             if !next.iter().all(|v| v.is_finite()) {
                 return Ok(None);
             }

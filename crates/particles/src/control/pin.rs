@@ -33,7 +33,8 @@ pub struct Pin {
     pub at: [f64; 3],
     /// Where it is being dragged, if it is.
     pub target: Option<[f64; 3]>,
-    /// What it counts beside pins that contradict it, above 0; 1 by default.
+    /// What it counts beside pins that contradict it, above 0; 1 by default. It acts squared: the sum of w² s² over distances s is
+    /// made small.
     pub weight: f64,
     /// 0: the surface passes through it exactly, if it can. Above 0: it may be missed; missing it by a length s
     /// costs as much as moving the surface by s/softness everywhere.

@@ -50,6 +50,9 @@ pub(crate) fn run(
 ) -> Result<Fit, Error> {
     let problem = Problem::new(points, options.values, options.weights, options.measure, options.loss);
     let state = problem.state(surface)?.map_err(|i| undefined(i, points[i]))?;
+    if state.distance.iter().all(|t| t.is_nan()) {
+        return Err(unusable(points.len(), options.weights));
+    }
     let m = surface.freedom();
     let mut run = Run {
         problem,
@@ -241,6 +244,20 @@ impl Run<'_> {
             slope = gradient.iter().zip(more).map(|(g, m)| g + m).collect();
         }
         unreachable!("the last round returns")
+    }
+}
+
+/// No point has a say.
+fn unusable(count: usize, weights: Option<&[f64]>) -> Error {
+    let none = weights.map_or(0, |w| w.iter().filter(|w| **w == 0.0).count());
+    Error::Option {
+        name: "points",
+        expected: "a point or more with a weight above 0 at which F has a gradient".into(),
+        given: format!(
+            "{count} of which none can be used ({none} with the weight 0, {} where the gradient of F vanishes); raise the \
+             weights, or move the surface so that the points are away from its middle",
+            count - none
+        ),
     }
 }
 

@@ -159,7 +159,8 @@ pub struct Fit {
 /// depend on the number of threads.
 ///
 /// # Errors
-/// [`Error::Option`] for settings out of range, [`Error::Field`] where F is not finite at a point or cannot be evaluated. After an
+/// [`Error::Option`] for settings out of range and where no point counts (each has the weight 0 or lies where F has no gradient),
+/// [`Error::Field`] where F is not finite at a point or cannot be evaluated. After an
 /// error the surface is as it was.
 pub fn fit(
     surface: &mut dyn Parametric,

@@ -144,6 +144,20 @@ fn points_without_a_gradient_are_left_out_and_counted() {
 }
 
 #[test]
+fn points_of_which_none_counts_are_refused() {
+    let mut f = field("x^2 + y^2 + z^2 - r", &[("r", 2.0)]);
+    let mut refused = |points: &[[f64; 3]], weights: Option<&[f64]>, words: &str| {
+        let options = FitOptions { weights, ..FitOptions::default() };
+        let e = fit(&mut f, points, options).unwrap_err().to_string();
+        assert!(e.contains(words) && e.contains("none can be used"), "{e}");
+        assert_eq!(f.q(), [2.0]);
+    };
+    refused(&[[0.0; 3]; 5], None, "5 where the gradient of F vanishes");
+    refused(&sphere(4), Some(&[0.0; 4]), "4 with the weight 0");
+    refused(&[[0.0; 3], [1.0; 3]], Some(&[1.0, 0.0]), "1 with the weight 0, 1 where");
+}
+
+#[test]
 fn mistakes_are_named_and_leave_the_surface_alone() {
     let mut f = field("ln(x) - a", &[("a", 0.25)]);
     let refused = |f: &mut Field, points: &[[f64; 3]], options: FitOptions<'_>, words: &str| {
