@@ -305,6 +305,37 @@ fn a_changed_surface_is_taken_up_where_the_last_one_ended() {
 }
 
 #[test]
+fn a_coarse_result_is_refined_to_all_of_the_surface() {
+    let (ball, ring) = (sphere([0.0; 3], 1.0), torus(1.0, 0.4));
+    let bounds = cube_bounds(1.5);
+    let cases = [(&ball, 4.0 * PI, 1000, 10_000), (&ball, 4.0 * PI, 50, 300), (&ball, 4.0 * PI, 100, 1000)];
+    for (f, area, few, n) in cases.into_iter().chain([(&ring, 4.0 * PI * PI * 0.4, 60, 1000)]) {
+        let first = sample(f, &bounds, count(few)).unwrap();
+        let s = sample(f, &bounds, Options { start: Some(&first.points), ..count(n) }).unwrap();
+        check(&s, f, &bounds, n);
+        assert_eq!(s.report.status, Status::Converged, "{few} to {n}");
+        assert!((s.report.area / area - 1.0).abs() < 0.02, "{few} to {n}: area {}", s.report.area);
+    }
+}
+
+#[test]
+fn a_start_that_covers_a_part_is_told_and_does_no_harm() {
+    let f = sphere([0.0; 3], 1.0);
+    let first = sample(&f, &cube_bounds(1.5), count(1000)).unwrap().points;
+    let far: Vec<[f64; 3]> = first.iter().map(|p| p.map(|c| c + 5.0)).collect();
+    let half: Vec<[f64; 3]> = first.iter().copied().filter(|p| p[2] > 0.0).collect();
+    for start in [&far, &half] {
+        let s = sample(&f, &cube_bounds(1.5), Options { start: Some(start), ..count(800) }).unwrap();
+        check(&s, &f, &cube_bounds(1.5), 800);
+        assert!(s.report.evenness.rho_avg > 0.93, "{:?}", s.report.evenness);
+        assert!(s.report.warnings.iter().any(|w| w.contains("sampled afresh")), "{:?}", s.report.warnings);
+    }
+    let options = Options { amount: Amount::Spacing(0.1), start: Some(&first[..50]), ..Options::default() };
+    let s = sample(&f, &cube_bounds(1.5), options).unwrap();
+    assert!((mean(&nearest(&s.points)) / 0.1 - 1.0).abs() < 0.01, "{}", s.points.len());
+}
+
+#[test]
 fn random_points_are_uniform_and_independent() {
     let f = torus(1.0, 0.5);
     let n = 20_000;
