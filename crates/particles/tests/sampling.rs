@@ -368,6 +368,40 @@ fn an_empty_surface_is_no_error() {
     assert_eq!(s.report.status.name(), "empty");
 }
 
+/// The warning that goes with an empty result.
+fn why_empty(f: impl Fn([f64; 3]) -> (f64, [f64; 3]) + Sync + 'static) -> String {
+    let s = sample(&Analytic::new(f), &cube_bounds(2.0), count(100)).unwrap();
+    assert_eq!((s.points.len(), s.report.status.clone()), (0, Status::Empty));
+    assert!(!s.report.certified);
+    s.report.warnings.join("; ")
+}
+
+#[test]
+fn a_field_that_is_no_number_anywhere_is_told_from_an_empty_one() {
+    let why = why_empty(|_| (f64::NAN, [f64::NAN; 3]));
+    assert!(why.contains("nowhere a finite number"), "{why}");
+    let s = sample(&nowhere(), &cube_bounds(1.0), count(100)).unwrap();
+    assert!(s.report.warnings.is_empty(), "{:?}", s.report.warnings);
+}
+
+#[test]
+fn a_field_that_only_touches_zero_is_told_from_an_empty_one() {
+    let squared = |p: [f64; 3]| {
+        let v = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] - 1.0;
+        (v * v, p.map(|c| 4.0 * v * c))
+    };
+    let touching = [
+        why_empty(squared),
+        why_empty(|p| (p[0] * p[0], [2.0 * p[0], 0.0, 0.0])),
+        why_empty(|p| (p[0].abs(), [p[0].signum(), 0.0, 0.0])),
+    ];
+    for why in touching {
+        assert!(why.contains("does not change its sign") && why.contains("nowhere negative"), "{why}");
+    }
+    let why = why_empty(|_| (0.0, [0.0; 3]));
+    assert!(why.contains("zero on a whole region"), "{why}");
+}
+
 #[test]
 fn wrong_requests_say_what_is_wrong() {
     let f = sphere([0.0; 3], 1.0);

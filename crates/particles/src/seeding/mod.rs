@@ -5,7 +5,10 @@
 //! 2. [`lines`]: roots along random axis-parallel lines through the boxes, thinned so that they are uniform by area.
 //! 3. [`probes`]: Newton's method from every box without a root, and subdivision of those that stay in doubt.
 //! 4. [`components`]: which roots belong together.
+//!
+//! Where nothing is found [`absence`] tells why.
 
+mod absence;
 mod components;
 mod lines;
 mod probes;
@@ -99,6 +102,9 @@ pub(crate) fn seed<'s>(
     let walls = Walls::new(bounds, surface.axes());
     let bounds = &Aabb::new(walls.lo, walls.hi);
     let region = region::find(surface, run, bounds, walls.axes, BOXES)?;
+    if absence::nowhere_finite(surface, &region, run, bounds)? {
+        return Ok((None, false));
+    }
     if region.boxes.is_empty() {
         return Ok((None, region.certified));
     }
@@ -121,6 +127,11 @@ pub(crate) fn seed<'s>(
     }
     let least = 1e-12 * scale_of(&roots.gradients);
     let doubt = probes::search(surface, &region, run, &walls, least, &mut roots)?;
+    let surely_none = roots.points.is_empty() && region.certified && doubt == 0;
+    let unmet = roots.line.iter().all(|l| *l == u64::MAX);
+    if unmet && !surely_none && absence::never_crosses(surface, &region, run, &walls, &roots)? {
+        return Ok((None, false));
+    }
     if roots.points.is_empty() {
         return Ok((None, region.certified && doubt == 0));
     }
