@@ -80,9 +80,9 @@ pub(crate) fn finish(
     if let Some(sketch) = sketch.as_deref() {
         // The first of the way where a look costs less.
         let near = Target { tolerance: NEARLY * unit, rounds: 4, ..target };
-        project(sketch, &mut run.evaluations, &walls, points, normals, near)?;
+        project(sketch, &mut run.evaluations, &seeds.given, points, normals, near)?;
     }
-    let left = project(surface, &mut run.evaluations, &walls, points, normals, target)?;
+    let left = project(surface, &mut run.evaluations, &seeds.given, points, normals, target)?;
     drop(sketch);
     if let Some(creases) = &creases {
         put_creases_first(&mut swarm, creases, unit);

@@ -403,6 +403,27 @@ fn a_field_that_only_touches_zero_is_told_from_an_empty_one() {
 }
 
 #[test]
+fn a_surface_in_a_face_of_the_bounds_is_sampled() {
+    let bounds = cube_bounds(1.0);
+    for (offset, sign) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+        let f = Analytic::new(move |p: [f64; 3]| (sign * (p[2] - offset), [0.0, 0.0, sign])).lipschitz(1.0);
+        let s = sample(&f, &bounds, count(500)).unwrap();
+        check(&s, &f, &bounds, 500);
+        assert!(s.points.iter().all(|p| (p[2] - offset).abs() < 1e-12 && bounds.contains(*p)));
+        assert_eq!(s.report.status, Status::Converged);
+        assert!((s.report.area - 4.0).abs() < 0.05, "{}", s.report.area);
+        let told = |w: &String| w.contains("lies in a face of the bounds (z = ");
+        assert!(s.report.warnings.iter().any(told), "{:?}", s.report.warnings);
+    }
+    let s = sample(&cube(1.0), &bounds, count(600)).unwrap();
+    assert_eq!(s.points.len(), 600);
+    assert!(s.points.iter().all(|p| bounds.contains(*p) && cube(1.0).at(*p).0.abs() < 1e-12));
+    // A sphere that only touches the faces is no such surface.
+    let s = sample(&sphere([0.0; 3], 1.0), &bounds, count(500)).unwrap();
+    assert!(s.points.len() == 500 && s.report.warnings.is_empty(), "{:?}", s.report.warnings);
+}
+
+#[test]
 fn wrong_requests_say_what_is_wrong() {
     let f = sphere([0.0; 3], 1.0);
     let ask = |bounds: &Aabb, options: Options<'_>| sample(&f, bounds, options).unwrap_err();
