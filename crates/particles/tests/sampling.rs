@@ -424,6 +424,22 @@ fn a_surface_in_a_face_of_the_bounds_is_sampled() {
 }
 
 #[test]
+fn areas_of_few_samples_add_up_to_the_surface() {
+    let f = sphere([0.0; 3], 1.0);
+    for n in [1, 2, 3, 4, 7, 12, 30] {
+        let s = sample(&f, &cube_bounds(1.5), count(n)).unwrap();
+        assert_eq!(s.points.len(), n);
+        let sum: f64 = s.areas.iter().sum();
+        assert!((sum / (4.0 * PI) - 1.0).abs() < 0.12 && (sum - s.report.area).abs() < 1e-9, "{n}: {sum}");
+        if (2..8).contains(&n) {
+            assert!(s.report.warnings.iter().any(|w| w.contains("`areas` were scaled")), "{n}");
+        }
+    }
+    let s = sample(&f, &cube_bounds(1.5), count(300)).unwrap();
+    assert!(s.report.warnings.is_empty(), "{:?}", s.report.warnings);
+}
+
+#[test]
 fn wrong_requests_say_what_is_wrong() {
     let f = sphere([0.0; 3], 1.0);
     let ask = |bounds: &Aabb, options: Options<'_>| sample(&f, bounds, options).unwrap_err();
