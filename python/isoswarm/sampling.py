@@ -132,9 +132,10 @@ def sample(
     )
     samples = Samples(field, columns, time.perf_counter() - began, (lo, hi))
     if samples.report.status == "empty":
+        # What the search knows of the reason says more than a guess.
+        why = "; ".join(samples.report.warnings) or "check the sign of the field, or pass larger bounds"
         warnings.warn(
-            f"there is no surface F = 0 in the bounds {lo.tolist()} to {hi.tolist()}; check the sign of the field, or "
-            "pass larger bounds",
+            f"there is no surface F = 0 in the bounds {lo.tolist()} to {hi.tolist()}; {why}",
             EmptySurfaceWarning,
             stacklevel=2,
         )

@@ -11,7 +11,7 @@ use crate::curvature;
 use crate::edges;
 use crate::metrics::{mean_nearest, of_census};
 use crate::options::Phase;
-use crate::population::{census, faces};
+use crate::population::{Census, census, faces};
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
 use crate::seeding::{Seeds, divide};
@@ -25,6 +25,9 @@ const NEARLY: f64 = 1e-6;
 const WALKED: f64 = 1e-3;
 /// The same where curvatures are measured.
 const MEASURED: f64 = 1e-9;
+/// Uniform seeds whose estimate of the area is good to a few percent, and how far off the sum of the cells may be from it.
+const TRUSTED: usize = 500;
+const UNFIT: f64 = 1.1;
 /// Spacings over the radius of curvature from which on a place is finer than the samples on it.
 const FINE: f64 = 1.0;
 
@@ -80,9 +83,9 @@ pub(crate) fn finish(
     if let Some(sketch) = sketch.as_deref() {
         // The first of the way where a look costs less.
         let near = Target { tolerance: NEARLY * unit, rounds: 4, ..target };
-        project(sketch, &mut run.evaluations, &walls, points, normals, near)?;
+        project(sketch, &mut run.evaluations, &seeds.given, points, normals, near)?;
     }
-    let left = project(surface, &mut run.evaluations, &walls, points, normals, target)?;
+    let left = project(surface, &mut run.evaluations, &seeds.given, points, normals, target)?;
     drop(sketch);
     if let Some(creases) = &creases {
         put_creases_first(&mut swarm, creases, unit);
@@ -103,6 +106,9 @@ pub(crate) fn finish(
             first.area += known - cell.area;
             cell.area = known;
         }
+    }
+    if creases.is_none() && run.stop.is_none() {
+        fit_areas(&mut first, &swarm, seeds, run);
     }
     let measured = surface.sketch(MEASURED * unit);
     let mut curvatures =
@@ -170,6 +176,30 @@ pub(crate) fn finish(
         points: swarm.points,
         normals: swarm.normals,
     })
+}
+
+/// Where cells in tangent planes do not add up to the area that the search has found, as for few samples on a surface
+/// that bends between them, scales them to it, component by component.
+fn fit_areas(census: &mut Census, swarm: &Swarm, seeds: &Seeds<'_>, run: &mut Run<'_>) {
+    let off = census.area / seeds.area;
+    if seeds.uniform < TRUSTED || (1.0 / UNFIT..UNFIT).contains(&off) {
+        return;
+    }
+    let mut sums = vec![0.0; seeds.label_area.len()];
+    census.cells.iter().zip(&swarm.label).for_each(|(c, &l)| sums[l as usize] += c.area);
+    let per_label = swarm.per_label();
+    for (cell, &l) in census.cells.iter_mut().zip(&swarm.label) {
+        let (sum, known) = (sums[l as usize], seeds.label_area[l as usize]);
+        let fits = sum.is_finite() && sum > 0.0;
+        cell.area = if fits { cell.area * known / sum } else { known / f64::from(per_label[l as usize]) };
+    }
+    run.warnings.push(format!(
+        "the surface bends too much between the samples for the areas of their cells, which add up to {:.4} where the search found \
+         about {:.4}: `areas` were scaled to that and are rough; more samples give better ones",
+        census.area, seeds.area
+    ));
+    census.area = census.cells.iter().map(|c| c.area).sum();
+    census.share = census.area / swarm.len().max(1) as f64;
 }
 
 /// Brings the floaters on creases to the front, in the order of the creases' points and exactly there, with normals in the middle

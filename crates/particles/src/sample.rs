@@ -164,7 +164,10 @@ fn population(seeds: &Seeds<'_>, amount: Amount, most: usize) -> Result<usize, E
 /// left where there are creases or features finer than the spacing.
 const POOR_AVERAGE: f64 = 0.85;
 const POOR_VARIATION: f64 = 0.1;
-/// From so many samples on it is measured.
+/// What a sample may be off the surface, in spacings.
+const INEXACT: f64 = 1e-3;
+/// From so many samples on it must be a number, and from so many it counts.
+const SEVERAL: usize = 12;
 const MANY: usize = 100;
 
 /// Marks what was not reached.
@@ -173,7 +176,31 @@ fn verify(samples: &mut Samples, amount: Amount) {
     if report.status != Status::Converged {
         return;
     }
+    if let Amount::Count(n) = amount
+        && samples.points.len() != n
+    {
+        let got = samples.points.len();
+        report.status = Status::NotConverged(format!(
+            "{got} samples found room, {n} were asked for: check that the surface is larger than a point and does not lie in \
+             a face of the bounds (enlarge them if it does)"
+        ));
+        return;
+    }
+    if !(report.max_error <= INEXACT * report.spacing || report.spacing == 0.0) {
+        report.status = Status::NotConverged(format!(
+            "a sample is {:.1e} off the surface: the surface is too thin or its gradient vanishes there; ask for more samples",
+            report.max_error
+        ));
+        return;
+    }
     let e = &report.evenness;
+    let measured = [e.rho_min, e.rho_avg, e.cv].iter().all(|v| v.is_finite());
+    if samples.points.len() >= SEVERAL && !measured {
+        report.status = Status::NotConverged(
+            "the evenness of the samples is not a number: the surface has next to no area in the bounds; enlarge them".into(),
+        );
+        return;
+    }
     if samples.points.len() >= MANY && (e.rho_avg < POOR_AVERAGE || e.cv > POOR_VARIATION) {
         report.status = Status::NotConverged(format!(
             "the samples are uneven: their distances are {:.2} of the densest packing's on average and vary by {:.0} % \

@@ -305,6 +305,37 @@ fn a_changed_surface_is_taken_up_where_the_last_one_ended() {
 }
 
 #[test]
+fn a_coarse_result_is_refined_to_all_of_the_surface() {
+    let (ball, ring) = (sphere([0.0; 3], 1.0), torus(1.0, 0.4));
+    let bounds = cube_bounds(1.5);
+    let cases = [(&ball, 4.0 * PI, 1000, 10_000), (&ball, 4.0 * PI, 50, 300), (&ball, 4.0 * PI, 100, 1000)];
+    for (f, area, few, n) in cases.into_iter().chain([(&ring, 4.0 * PI * PI * 0.4, 60, 1000)]) {
+        let first = sample(f, &bounds, count(few)).unwrap();
+        let s = sample(f, &bounds, Options { start: Some(&first.points), ..count(n) }).unwrap();
+        check(&s, f, &bounds, n);
+        assert_eq!(s.report.status, Status::Converged, "{few} to {n}");
+        assert!((s.report.area / area - 1.0).abs() < 0.02, "{few} to {n}: area {}", s.report.area);
+    }
+}
+
+#[test]
+fn a_start_that_covers_a_part_is_told_and_does_no_harm() {
+    let f = sphere([0.0; 3], 1.0);
+    let first = sample(&f, &cube_bounds(1.5), count(1000)).unwrap().points;
+    let far: Vec<[f64; 3]> = first.iter().map(|p| p.map(|c| c + 5.0)).collect();
+    let half: Vec<[f64; 3]> = first.iter().copied().filter(|p| p[2] > 0.0).collect();
+    for start in [&far, &half] {
+        let s = sample(&f, &cube_bounds(1.5), Options { start: Some(start), ..count(800) }).unwrap();
+        check(&s, &f, &cube_bounds(1.5), 800);
+        assert!(s.report.evenness.rho_avg > 0.93, "{:?}", s.report.evenness);
+        assert!(s.report.warnings.iter().any(|w| w.contains("sampled afresh")), "{:?}", s.report.warnings);
+    }
+    let options = Options { amount: Amount::Spacing(0.1), start: Some(&first[..50]), ..Options::default() };
+    let s = sample(&f, &cube_bounds(1.5), options).unwrap();
+    assert!((mean(&nearest(&s.points)) / 0.1 - 1.0).abs() < 0.01, "{}", s.points.len());
+}
+
+#[test]
 fn random_points_are_uniform_and_independent() {
     let f = torus(1.0, 0.5);
     let n = 20_000;
@@ -335,6 +366,77 @@ fn an_empty_surface_is_no_error() {
     let s = sample(&nowhere(), &cube_bounds(1.0), count(100)).unwrap();
     assert_eq!((s.points.len(), s.report.status.clone(), s.report.certified), (0, Status::Empty, true));
     assert_eq!(s.report.status.name(), "empty");
+}
+
+/// The warning that goes with an empty result.
+fn why_empty(f: impl Fn([f64; 3]) -> (f64, [f64; 3]) + Sync + 'static) -> String {
+    let s = sample(&Analytic::new(f), &cube_bounds(2.0), count(100)).unwrap();
+    assert_eq!((s.points.len(), s.report.status.clone()), (0, Status::Empty));
+    assert!(!s.report.certified);
+    s.report.warnings.join("; ")
+}
+
+#[test]
+fn a_field_that_is_no_number_anywhere_is_told_from_an_empty_one() {
+    let why = why_empty(|_| (f64::NAN, [f64::NAN; 3]));
+    assert!(why.contains("nowhere a finite number"), "{why}");
+    let s = sample(&nowhere(), &cube_bounds(1.0), count(100)).unwrap();
+    assert!(s.report.warnings.is_empty(), "{:?}", s.report.warnings);
+}
+
+#[test]
+fn a_field_that_only_touches_zero_is_told_from_an_empty_one() {
+    let squared = |p: [f64; 3]| {
+        let v = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] - 1.0;
+        (v * v, p.map(|c| 4.0 * v * c))
+    };
+    let touching = [
+        why_empty(squared),
+        why_empty(|p| (p[0] * p[0], [2.0 * p[0], 0.0, 0.0])),
+        why_empty(|p| (p[0].abs(), [p[0].signum(), 0.0, 0.0])),
+    ];
+    for why in touching {
+        assert!(why.contains("does not change its sign") && why.contains("nowhere negative"), "{why}");
+    }
+    let why = why_empty(|_| (0.0, [0.0; 3]));
+    assert!(why.contains("zero on a whole region"), "{why}");
+}
+
+#[test]
+fn a_surface_in_a_face_of_the_bounds_is_sampled() {
+    let bounds = cube_bounds(1.0);
+    for (offset, sign) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+        let f = Analytic::new(move |p: [f64; 3]| (sign * (p[2] - offset), [0.0, 0.0, sign])).lipschitz(1.0);
+        let s = sample(&f, &bounds, count(500)).unwrap();
+        check(&s, &f, &bounds, 500);
+        assert!(s.points.iter().all(|p| (p[2] - offset).abs() < 1e-12 && bounds.contains(*p)));
+        assert_eq!(s.report.status, Status::Converged);
+        assert!((s.report.area - 4.0).abs() < 0.05, "{}", s.report.area);
+        let told = |w: &String| w.contains("lies in a face of the bounds (z = ");
+        assert!(s.report.warnings.iter().any(told), "{:?}", s.report.warnings);
+    }
+    let s = sample(&cube(1.0), &bounds, count(600)).unwrap();
+    assert_eq!(s.points.len(), 600);
+    assert!(s.points.iter().all(|p| bounds.contains(*p) && cube(1.0).at(*p).0.abs() < 1e-12));
+    // A sphere that only touches the faces is no such surface.
+    let s = sample(&sphere([0.0; 3], 1.0), &bounds, count(500)).unwrap();
+    assert!(s.points.len() == 500 && s.report.warnings.is_empty(), "{:?}", s.report.warnings);
+}
+
+#[test]
+fn areas_of_few_samples_add_up_to_the_surface() {
+    let f = sphere([0.0; 3], 1.0);
+    for n in [1, 2, 3, 4, 7, 12, 30] {
+        let s = sample(&f, &cube_bounds(1.5), count(n)).unwrap();
+        assert_eq!(s.points.len(), n);
+        let sum: f64 = s.areas.iter().sum();
+        assert!((sum / (4.0 * PI) - 1.0).abs() < 0.12 && (sum - s.report.area).abs() < 1e-9, "{n}: {sum}");
+        if (2..8).contains(&n) {
+            assert!(s.report.warnings.iter().any(|w| w.contains("`areas` were scaled")), "{n}");
+        }
+    }
+    let s = sample(&f, &cube_bounds(1.5), count(300)).unwrap();
+    assert!(s.report.warnings.is_empty(), "{:?}", s.report.warnings);
 }
 
 #[test]

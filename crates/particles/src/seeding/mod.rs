@@ -5,7 +5,10 @@
 //! 2. [`lines`]: roots along random axis-parallel lines through the boxes, thinned so that they are uniform by area.
 //! 3. [`probes`]: Newton's method from every box without a root, and subdivision of those that stay in doubt.
 //! 4. [`components`]: which roots belong together.
+//!
+//! Where nothing is found [`absence`] tells why.
 
+mod absence;
 mod components;
 mod lines;
 mod probes;
@@ -57,8 +60,10 @@ pub(crate) struct Seeds<'s> {
     pub(crate) least: f64,
     /// Whether intervals vouch for all of it: see [`Report::certified`](crate::Report).
     pub(crate) certified: bool,
-    /// The walls of the bounds.
+    /// The walls of the bounds; a little beyond those that were given where the surface lies in a face of them.
     pub(crate) walls: Walls,
+    /// The walls of the bounds that were given.
+    pub(crate) given: Walls,
 }
 
 /// Points that are evaluated between two reports to the run.
@@ -97,9 +102,23 @@ pub(crate) fn seed<'s>(
     aim: usize,
     fine: usize,
 ) -> Result<(Option<Seeds<'s>>, bool), FieldError> {
-    let walls = Walls::new(bounds, surface.axes());
+    let given = Walls::new(bounds, surface.axes());
+    seed_within(surface, run, given, given, (aim, fine))
+}
+
+/// The same within walls that may be a little beyond those that were given.
+fn seed_within<'s>(
+    surface: &'s dyn Surface,
+    run: &mut Run<'_>,
+    walls: Walls,
+    given: Walls,
+    (aim, fine): (usize, usize),
+) -> Result<(Option<Seeds<'s>>, bool), FieldError> {
     let bounds = &Aabb::new(walls.lo, walls.hi);
     let region = region::find(surface, run, bounds, walls.axes, fine)?;
+    if absence::nowhere_finite(surface, &region, run, bounds)? {
+        return Ok((None, false));
+    }
     if region.boxes.is_empty() {
         return Ok((None, region.certified));
     }
@@ -122,6 +141,16 @@ pub(crate) fn seed<'s>(
     }
     let least = 1e-12 * scale_of(&roots.gradients);
     let doubt = probes::search(surface, &region, run, &walls, least, &mut roots)?;
+    if (walls.lo, walls.hi) == (given.lo, given.hi)
+        && let Some(wider) = beyond_faces(&walls, &roots, run)
+    {
+        return seed_within(surface, run, wider, given, (aim, fine));
+    }
+    let surely_none = roots.points.is_empty() && region.certified && doubt == 0;
+    let unmet = roots.line.iter().all(|l| *l == u64::MAX);
+    if unmet && !surely_none && absence::never_crosses(surface, &region, run, &walls, &roots)? {
+        return Ok((None, false));
+    }
     if roots.points.is_empty() {
         return Ok((None, region.certified && doubt == 0));
     }
@@ -150,6 +179,7 @@ pub(crate) fn seed<'s>(
             least,
             certified,
             walls,
+            given,
             region,
         }),
         certified,
@@ -207,6 +237,47 @@ impl Seeds<'_> {
             })
             .collect()
     }
+}
+
+/// How far beyond a face in which the surface lies it is looked for, in sides of the bounds.
+const BEYOND: f64 = 1e-3;
+/// Roots in a face, and one of how many, that make it one in which the surface lies: tangent points are few.
+const IN_FACE: usize = 8;
+const ONE_IN: usize = 50;
+
+/// Walls a little beyond the faces of the bounds in which the surface lies, if there are such faces: on a face F need not change
+/// its sign, and particles could not move.
+fn beyond_faces(walls: &Walls, roots: &Roots, run: &mut Run<'_>) -> Option<Walls> {
+    let (mut wider, mut found) = (*walls, Vec::new());
+    for a in 0..walls.axes {
+        let side = walls.hi[a] - walls.lo[a];
+        for (upper, face) in [(false, walls.lo[a]), (true, walls.hi[a])] {
+            let lies = |(p, g): &(&V3, &V3)| {
+                (p[a] - face).abs() <= 1e-9 * side && g[a].abs() >= (1.0 - 1e-6) * norm(**g) && g[a] != 0.0
+            };
+            let many = roots.points.iter().zip(&roots.gradients).filter(lies).count();
+            if many < IN_FACE || many * ONE_IN < roots.points.len() {
+                continue;
+            }
+            found.push(format!("{} = {face}", ["x", "y", "z"][a]));
+            if upper {
+                wider.hi[a] += BEYOND * side;
+            } else {
+                wider.lo[a] -= BEYOND * side;
+            }
+        }
+    }
+    if found.is_empty() {
+        return None;
+    }
+    let warning = format!(
+        "the surface lies in a face of the bounds ({}), where rounding decides what is inside: enlarge the bounds",
+        found.join(", ")
+    );
+    if !run.warnings.contains(&warning) {
+        run.warnings.push(warning);
+    }
+    Some(wider)
 }
 
 /// How much the normal turns per length, on average over neighbours within `radius`.
