@@ -255,7 +255,10 @@ fn choose(seeds: &Seeds<'_>, weights: &[f64], n: usize, rng: Rng) -> Swarm {
 
 /// The refinement, of at most `most`, whose number of floaters is nearest to `now`.
 fn level_of(now: usize, n: usize, most: u32, axes: usize) -> u32 {
-    let off = |level: u32| ((n >> (halvings(axes) * level)) as f64 / now as f64).ln().abs();
+    let off = |level: u32| {
+        let part = (n >> (halvings(axes) * level)) as f64 / now as f64;
+        part.max(1.0 / part)
+    };
     (0..=most).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0)
 }
 
