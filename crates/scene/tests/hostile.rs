@@ -201,7 +201,7 @@ fn the_spacing_comes_back_with_undo_and_from_files() {
     assert_eq!(s.frame().spacing, spacing);
     let many = s.frame().floaters.len();
     s.step(60).unwrap();
-    assert!(s.frame().floaters.len() < 150, "{many} become {}", s.frame().floaters.len());
+    assert!(s.frame().floaters.len() < 140, "{many} become {}", s.frame().floaters.len());
     // Four times the area, four times the floaters, also when it is opened again.
     s.apply(Command::Set { path: "sphere/r".into(), value: 2.0, continued: false }).unwrap();
     let back = Scene::from_json(&s.to_json().unwrap(), settings(9), &Default::default()).unwrap();

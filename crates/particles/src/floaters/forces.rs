@@ -11,9 +11,9 @@ use crate::repulsion::fold;
 use crate::swarm::share;
 use crate::vector::{V3, dot, sub};
 
-/// Energies are cut off at this many σ, .0007 of their peak: between the second and the third ring of floaters at rest, where
+/// Energies are cut off at this many σ, .0005 of their peak: between the second and the third ring of floaters at rest, where
 /// fewest come and go.
-const CUTOFF: f64 = 3.8;
+const CUTOFF: f64 = 3.9;
 
 /// What the others do to a floater.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,7 +36,7 @@ pub(super) struct Kept {
 }
 
 /// How much farther lists reach than the forces.
-const SKIN: f64 = 1.12;
+const SKIN: f64 = 1.1;
 /// Radii that differ by less share one reach, which is faster to find.
 const ALIKE: f64 = 2.0;
 
