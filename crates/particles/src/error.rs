@@ -38,7 +38,7 @@ pub enum Error {
     /// More samples than the limit on points or memory allows.
     #[error(
         "about {estimate:.3e} samples ({bytes:.1e} bytes) would be needed and the limit is {limit}; \
-         ask for a larger spacing or fewer samples, or allow more (`most`; `max_samples` in Python)"
+         ask for a larger spacing or fewer samples, or raise the limit"
     )]
     TooMany {
         /// Estimated number of samples.

@@ -8,9 +8,9 @@ mod grid;
 mod occupied;
 mod sheets;
 
-use isoswarm_field::arrange::Arrange;
 use std::ops::Range;
 
+use isoswarm_field::arrange::Arrange;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Parameters that follow points.
 
-use isoswarm_particles::control::{FitOptions, Loss, fit};
+use isoswarm_particles::control::{Distances, FitOptions, Loss, fit};
 
 use crate::scene::{Progress, ProgressFn, Scene};
 use crate::{Change, Error, FitLoss, FitReport};
@@ -50,7 +50,8 @@ impl Scene {
             ..FitOptions::default()
         };
         let found = fit(&mut field, &all, options)?;
-        let summary = Summary::of(&found.residuals[..points.len()], &weight);
+        // Without pins.
+        let summary = Distances::of(&found.residuals[..points.len()], Some(&weight));
         if summary.skipped == points.len() {
             return Err(Error::option(
                 "points",
@@ -75,31 +76,6 @@ impl Scene {
             at_limit: found.at_limit.iter().filter_map(|&i| paths.get(i).cloned()).collect(),
         };
         Ok(Change { parameters: true, fit: Some(fit), ..Change::default() })
-    }
-}
-
-/// How far the given points are, without pins.
-struct Summary {
-    rms: f64,
-    largest: f64,
-    skipped: usize,
-}
-
-impl Summary {
-    /// From signed distances, NaN where a point was left out; the weights count squared, as they do in the fit.
-    fn of(distances: &[f64], weights: &[f64]) -> Self {
-        let (mut square, mut weight, mut largest, mut skipped) = (0.0, 0.0, 0.0f64, 0);
-        for (d, w) in distances.iter().zip(weights) {
-            if d.is_nan() {
-                skipped += 1;
-                continue;
-            }
-            square += w * w * d * d;
-            weight += w * w;
-            largest = largest.max(d.abs());
-        }
-        let rms = if weight > 0.0 { (square / weight).sqrt() } else { 0.0 };
-        Self { rms, largest, skipped }
     }
 }
 

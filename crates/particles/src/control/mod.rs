@@ -11,7 +11,9 @@ mod sums;
 mod transfer;
 
 pub use drag::{ControlStep, StepOptions, step};
-pub use fit::{Fit, FitOptions, FitProgress, FitProgressFn, FitStatus, Loss, Measure, fit, fit_residuals};
+pub use fit::{
+    Distances, Fit, FitOptions, FitProgress, FitProgressFn, FitStatus, Loss, Measure, fit, fit_residuals,
+};
 pub use metric::sensitivity;
 pub use pin::{Guide, Pin};
 pub use transfer::{FieldPoints, Transfer, TransferOptions, carry, transfer, transfer_from};

@@ -286,7 +286,7 @@ mod tests {
         let mut f = many(400);
         let points: Vec<V3> = sphere(3000).iter().map(|p| p.map(|v| 1.01 * v)).collect();
         let before = Problem::new(&points, None, None, Measure::Distance, Loss::Squares);
-        let (start, ..) = before.state(&f).unwrap().unwrap().summary(&before);
+        let start = before.state(&f).unwrap().unwrap().summary(&before).rms;
         let options = &mut FitOptions { iterations: 5, ..FitOptions::default() };
         let jacobian = Jacobian::new(&f, true);
         let found = levenberg::run(&mut f, &points, options, jacobian).unwrap();

@@ -5,7 +5,7 @@ use isoswarm_field::{FieldError, Parametric};
 use super::jacobian::{Jacobian, Linearised};
 use super::linear::{Damped, Linear, Step};
 use super::passes::{Matrix, dot};
-use super::problem::{Problem, State};
+use super::problem::{Distances, Problem, State};
 use super::rank::rank;
 use super::{Fit, FitOptions, FitProgress, FitStatus};
 use crate::Error;
@@ -67,7 +67,7 @@ pub(crate) fn run(
     };
     let mut iterations = 0;
     let status = loop {
-        let (rms, largest, _) = run.state.summary(&run.problem);
+        let Distances { rms, largest, .. } = run.state.summary(&run.problem);
         let report = FitProgress { iteration: iterations, rms, largest };
         if options.progress.as_mut().is_some_and(|progress| progress(&report).is_break()) {
             break FitStatus::Cancelled;
@@ -91,7 +91,7 @@ pub(crate) fn run(
     let scale: Vec<f64> =
         matrix.squares().iter().map(|v| if *v > 0.0 { 1.0 / v.sqrt() } else { 0.0 }).collect();
     let rank = rank(matrix, &scale, options.rank_tolerance);
-    let (rms, largest, skipped) = run.state.summary(&run.problem);
+    let Distances { rms, largest, skipped } = run.state.summary(&run.problem);
     let (evaluations, at_limit, residuals) = (run.evaluations, run.at_limit, run.state.distance);
     Ok(Fit { status, rms, largest, residuals, skipped, rank, freedom: m, iterations, evaluations, at_limit })
 }

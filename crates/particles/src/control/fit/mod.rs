@@ -20,6 +20,7 @@ use isoswarm_field::Parametric;
 use crate::Error;
 use jacobian::Jacobian;
 pub use loss::Loss;
+pub use problem::Distances;
 
 /// How far a point is from where F has the value it should have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

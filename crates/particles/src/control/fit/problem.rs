@@ -96,19 +96,44 @@ impl<'a> Problem<'a> {
 }
 
 impl State {
-    /// Root of the weighted mean square distance, the largest distance, and how many points are left out.
-    pub(crate) fn summary(&self, problem: &Problem<'_>) -> (f64, f64, usize) {
-        let (mut sum, mut weights, mut largest, mut skipped) = (0.0, 0.0, 0.0f64, 0);
-        for (i, t) in self.distance.iter().enumerate() {
+    pub(crate) fn summary(&self, problem: &Problem<'_>) -> Distances {
+        Distances::of(&self.distance, problem.weights)
+    }
+}
+
+/// How far some points are from a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distances {
+    /// Root of the mean square distance, a length; weights count squared, as they do in the fit.
+    pub rms: f64,
+    /// The largest distance, a length.
+    pub largest: f64,
+    /// Points that are left out.
+    pub skipped: usize,
+}
+
+impl Distances {
+    /// From signed distances, NaN where a point is left out, and the weight of each point (`None`: 1; more weights than distances do
+    /// no harm).
+    ///
+    /// ```
+    /// use isoswarm_particles::control::Distances;
+    /// let d = Distances::of(&[3.0, -4.0, f64::NAN], None);
+    /// assert_eq!((d.rms, d.largest, d.skipped), (12.5f64.sqrt(), 4.0, 1));
+    /// ```
+    pub fn of(distances: &[f64], weights: Option<&[f64]>) -> Self {
+        let (mut sum, mut total, mut found) = (0.0, 0.0, Self::default());
+        for (i, t) in distances.iter().enumerate() {
             if t.is_nan() {
-                skipped += 1;
+                found.skipped += 1;
                 continue;
             }
-            let w = problem.weight(i);
+            let w = weights.map_or(1.0, |w| w[i]);
             sum += w * w * t * t;
-            weights += w * w;
-            largest = largest.max(t.abs());
+            total += w * w;
+            found.largest = found.largest.max(t.abs());
         }
-        (if weights > 0.0 { (sum / weights).sqrt() } else { 0.0 }, largest, skipped)
+        found.rms = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
+        found
     }
 }

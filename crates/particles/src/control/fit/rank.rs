@@ -1,6 +1,7 @@
 //! How many parameters, or combinations of them, the points determine.
 
 use super::dense::Upper;
+use super::linear::WIDEST;
 use super::passes::{Matrix, dot};
 use crate::control::factor::Factors;
 
@@ -10,8 +11,6 @@ const SMALL: f64 = 3e7;
 const SURE: f64 = 2e-8;
 /// Steps of inverse iteration.
 const STEPS: usize = 4;
-/// Columns up to which JᵀJ is formed.
-const WIDEST: usize = 4096;
 /// Largest number of entries of J with all its zeros.
 const MOST: usize = 1 << 26;
 
