@@ -131,6 +131,14 @@ pub(crate) fn finish(
         run.warnings
             .push("not certified: there may be small components that the random search did not meet".into());
     }
+    let thin = seeds.back_to_back();
+    if thin {
+        run.warnings.push(
+            "sheets of the surface lie back to back, far closer than the samples: whether they are one piece, joined at a rim, is \
+             not known, so that `components` is uncertain and nothing is certified; sample a thicker sheet, or one side of it"
+                .into(),
+        );
+    }
     if seeds.rough() {
         run.warnings.push(format!(
             "the surface bends within the {:.3} of a box of the first search: components smaller than that may have been missed \
@@ -159,7 +167,7 @@ pub(crate) fn finish(
         report: Report {
             status,
             components,
-            certified: seeds.certified,
+            certified: seeds.certified && !thin,
             resolution: seeds.region.side,
             max_error,
             evenness,

@@ -10,7 +10,7 @@ use crate::neighbors::Neighbors;
 use crate::rng::Rng;
 use crate::stars::{Cell, Desk, Stars};
 use crate::swarm::Swarm;
-use crate::vector::{V3, add, along, distance, scale};
+use crate::vector::{V3, add, along, distance, dot, scale};
 
 /// Reach of the lists that cells need, in square roots of the mean cell.
 pub(crate) const REACH: f64 = 2.3;
@@ -286,6 +286,9 @@ impl Children {
 /// Two floaters closer than this part of the linear size of a cell are one too many.
 const OVERLAP: f64 = 0.35;
 
+/// And this part is one spot.
+const SPOT: f64 = 1e-4;
+
 /// Floaters closer than this part of the linear size of a cell to a point of a crease are too close: the balls around the
 /// points of a crease protect it (Cheng, Dey and Ramos 2010), so that no edge between floaters crosses it.
 pub(crate) const PROTECTED: f64 = 0.6;
@@ -294,7 +297,17 @@ pub(crate) const PROTECTED: f64 = 0.6;
 /// above all) can hold them together. One of each pair dies. Gives how many.
 fn crush(swarm: &Swarm, census: &Census, unit: f64, alive: &mut [bool], per_label: &mut [u32]) -> usize {
     let mut dead = 0;
+    for i in on_one_spot(&swarm.points, SPOT * unit) {
+        if !swarm.is_held(i) && per_label[swarm.label[i] as usize] > 1 {
+            alive[i] = false;
+            per_label[swarm.label[i] as usize] -= 1;
+            dead += 1;
+        }
+    }
     for i in 0..swarm.len() {
+        if !alive[i] {
+            continue;
+        }
         let reach = OVERLAP * unit * swarm.size.get(i).copied().unwrap_or(1.0);
         // Floaters keep farther from those on creases, which do not give way.
         let beside = PROTECTED * unit * swarm.size.get(i).copied().unwrap_or(1.0);
@@ -316,6 +329,24 @@ fn crush(swarm: &Swarm, census: &Census, unit: f64, alive: &mut [bool], per_labe
         }
     }
     dead
+}
+
+/// All points but one of each group that are within `reach` of another on their way along a direction in which no surface is
+/// likely to lie. Normals do not count: on one spot, as at a singular point, there may be any.
+fn on_one_spot(points: &[V3], reach: f64) -> Vec<usize> {
+    const WAY: V3 = [0.613, 0.531, 0.585];
+    // Enough where no surface lies in it; where one does, not every pair is seen.
+    const PLACES: usize = 64;
+    let mut along: Vec<(f64, u32)> = points.iter().zip(0..).map(|(p, i)| (dot(*p, WAY), i)).collect();
+    along.arrange_together(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut found = Vec::new();
+    for (k, &(at, i)) in along.iter().enumerate() {
+        let mut before = along[..k].iter().rev().take(PLACES).take_while(|(there, _)| at - there <= reach);
+        if before.any(|&(_, j)| distance(points[i as usize], points[j as usize]) <= reach) {
+            found.push(i as usize);
+        }
+    }
+    found
 }
 
 /// Indices by falling key.

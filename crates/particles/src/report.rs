@@ -51,7 +51,7 @@ pub struct Report {
     /// Whether interval arithmetic accounts for the whole of the bounds: every box of the first search, of at most
     /// `resolution`, that may hold a piece of the surface holds a sample, is next to one that does, or has been shown to be empty.
     /// So no component was missed but for those that are smaller than a box or two and that close to another. `false`: random
-    /// search only.
+    /// search only, or sheets so thin that what belongs together is not known.
     pub certified: bool,
     /// Largest side of the boxes of the first search (model units; 0 where nothing was found).
     pub resolution: f64,

@@ -440,6 +440,34 @@ fn areas_of_few_samples_add_up_to_the_surface() {
 }
 
 #[test]
+fn samples_do_not_pile_up_at_a_singular_point() {
+    // Shells, and a point in the middle.
+    let f = Analytic::new(|p: [f64; 3]| {
+        let r = distance(p, [0.0; 3]);
+        let slope = 20.0 * (20.0 * r).cos() / r;
+        ((20.0 * r).sin(), p.map(|c| slope * c))
+    });
+    let s = sample(&f.lipschitz(20.0), &cube_bounds(1.01), count(5000)).unwrap();
+    assert_eq!(s.points.len(), 5000);
+    let middle = s.points.iter().filter(|p| distance(**p, [0.0; 3]) < 0.05).count();
+    assert!(middle <= 1, "{middle} samples in the middle");
+}
+
+#[test]
+fn what_a_very_thin_sheet_leaves_open_is_not_claimed() {
+    let f = ellipsoid([1.0, 1.0, 0.001]);
+    let s = sample(&f, &Aabb::new([-1.1, -1.1, -0.01], [1.1, 1.1, 0.01]), count(3000)).unwrap();
+    assert_eq!(s.points.len(), 3000);
+    assert!(!s.report.certified);
+    assert!(s.report.warnings.iter().any(|w| w.contains("back to back")), "{:?}", s.report.warnings);
+    assert!((s.report.area / (2.0 * PI) - 1.0).abs() < 0.12, "{}", s.report.area);
+    assert!(s.report.max_error <= 1e-3 * s.report.spacing || s.report.status != Status::Converged);
+    // Nothing of the kind is said of a thick body.
+    let s = sample(&sphere([0.0; 3], 1.0), &cube_bounds(1.2), count(1000)).unwrap();
+    assert!(s.report.certified);
+}
+
+#[test]
 fn wrong_requests_say_what_is_wrong() {
     let f = sphere([0.0; 3], 1.0);
     let ask = |bounds: &Aabb, options: Options<'_>| sample(&f, bounds, options).unwrap_err();

@@ -19,6 +19,8 @@ use crate::vector::{V3, distance, dot, norm, sub, unit};
 
 /// Radius within which points with similar normals are connected, in mean spacings.
 const NEAR: f64 = 2.2;
+/// Distance of roots that are on one spot.
+const SPOT: f64 = 1e-5;
 /// Radius within which sets are tried for a way on the surface.
 const FAR: f64 = 5.0;
 /// Walks for each pair of sets in a round.
@@ -78,6 +80,12 @@ pub(crate) fn label(
             && same_sheet(points[i], points[j], normals[i], normals[j])
     };
     let lists = Neighbors::find(points, Reach::Same(NEAR * spacing), smooth);
+    for i in 0..n {
+        lists.of(i).iter().for_each(|&j| sets.join(i as u32, j));
+    }
+    // Roots on one spot are one, whatever the normals: at a singular point there are as many as there are ways to it.
+    let on_spot = |i: usize, j: usize| i < j && distance(points[i], points[j]) <= SPOT * spacing;
+    let lists = Neighbors::find(points, Reach::Same(0.1 * spacing), on_spot);
     for i in 0..n {
         lists.of(i).iter().for_each(|&j| sets.join(i as u32, j));
     }

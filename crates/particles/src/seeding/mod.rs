@@ -24,7 +24,7 @@ use crate::population::linear;
 use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::swarm::{Swarm, same_sheet};
-use crate::vector::{V3, distance, norm};
+use crate::vector::{V3, distance, dot, norm, sub};
 pub(crate) use components::divide;
 pub(crate) use lines::{Roots, cast, draw};
 use rayon::prelude::*;
@@ -35,6 +35,12 @@ pub(crate) const BOXES: usize = 6_000;
 
 /// Turn of the normal (radians, about) from seed to seed beyond which pieces of surface next to each other are taken for one.
 const BENT: f64 = 0.4;
+
+/// Gap between sheets that is far less than the distance of seeds, as a part of that.
+const THIN: f64 = 0.1;
+
+/// Seeds that are asked whether such a sheet is behind them.
+const ASKED: usize = 500;
 
 /// What is known of a surface before any floater moves.
 pub(crate) struct Seeds<'s> {
@@ -197,6 +203,27 @@ impl Seeds<'_> {
     pub(crate) fn rough(&self) -> bool {
         let apart = linear(self.area / self.uniform.max(1) as f64, self.walls.axes);
         self.bend * apart > BENT
+    }
+
+    /// Whether much of the surface lies back to back, far closer than seeds are to each other: then a walk around the rim at
+    /// which sheets may be one finds no way.
+    pub(crate) fn back_to_back(&self) -> bool {
+        let apart = linear(self.area / self.uniform.max(1) as f64, self.walls.axes);
+        let grid = Grid::new(&self.points, None, apart);
+        let faced = |i: &usize| {
+            let (p, n) = (self.points[*i], self.normals[*i]);
+            let mut found = false;
+            grid.near(p, apart, |j| {
+                let j = j as usize;
+                let way = sub(self.points[j], p);
+                found |=
+                    norm(way) <= apart && dot(self.normals[j], n) < -0.5 && dot(way, n).abs() < THIN * apart;
+            });
+            found
+        };
+        // Not all of them need to be asked.
+        let asked = (0..self.uniform).step_by(self.uniform.div_ceil(ASKED).max(1));
+        4 * asked.clone().filter(faced).count() > asked.count()
     }
 
     /// The seeds that are uniform by area.
