@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
@@ -68,6 +68,9 @@ class Creases:
         self.edges = tuple(Crease(*edge) for edge in inner.edges())
         self.certified = inner.certified
         self.warnings = tuple(inner.warnings)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Creases:
+        return self
 
     def __repr__(self) -> str:
         return f"<Creases: {len(self.edges)} edges, {len(self.corners)} corners, {len(self.points)} points>"

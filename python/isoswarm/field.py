@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import os
+import pickle
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -402,6 +403,23 @@ class Field:
             raise ValueError(f"{file}: expected a file that ends in .iso.json or .vm")
         _core.write_bytes(file, text.encode())
 
+    # A field never changes: it is its own copy.
+
+    def __copy__(self) -> Field:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Field:
+        return self
+
+    def __reduce__(self) -> tuple[Any, tuple[str]]:
+        """For pickling: as in a file."""
+        if self._model.is_opaque:
+            raise pickle.PicklingError(
+                f"{self!r} calls a Python function, which cannot be pickled with it: send the function and build the "
+                "field there, with iso.from_function"
+            )
+        return _unpickled, (self._model.to_json(),)
+
     # For people -----------------------------------------------------------------------------------------------
 
     def __repr__(self) -> str:
@@ -472,6 +490,11 @@ def node(kind: str, *arguments: Operand, **parameters: Operand) -> Field:
     """A node of a kind: operands first, then parameters in order or by keyword."""
     positional = [_argument(a) for a in arguments]
     return Field(_core.Model.node(kind, positional, {key: _argument(a) for key, a in parameters.items()}))
+
+
+def _unpickled(text: str) -> Field:
+    """A field from what :meth:`Field.__reduce__` wrote."""
+    return Field(_core.Model.from_json(text, []))
 
 
 def _argument(value: Any) -> Any:

@@ -224,6 +224,11 @@ impl Model {
     }
 
     #[getter]
+    fn is_opaque(&self) -> PyResult<bool> {
+        Ok(self.field()?.is_opaque())
+    }
+
+    #[getter]
     fn axes(&self) -> PyResult<usize> {
         Ok(self.field()?.axes())
     }

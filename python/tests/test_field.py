@@ -1,5 +1,8 @@
 """Fields: ways in, values, derivatives, parameters."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -234,3 +237,25 @@ def test_free_form_moves_what_its_control_points_say():
     for wrong in ({"lo": (1, 1, 1)}, {"controls": (1, 2, 2)}, {"displacements": np.zeros((2, 2, 2, 3))}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             iso.free_form(**{"field": iso.sphere(), "lo": (-1, -1, -1), "hi": (1, 1, 1)} | wrong)
+
+
+def test_fields_and_samples_can_be_copied_and_sent_to_other_processes():
+    field = (iso.parse("x^2 + y^2 + z^2 - r^2", r=0.1 + 0.2).named("ball") | iso.box(0.3, 0.4, 0.5)).freeze("box/x")
+    assert copy.copy(field) is field
+    assert copy.deepcopy(field) is field
+    again = pickle.loads(pickle.dumps(field))
+    assert again.parameters == field.parameters
+    points = np.random.default_rng(0).normal(size=(100, 3))
+    assert again.value(points).tobytes() == field.value(points).tobytes()
+
+    samples = iso.sample(field, n=400)
+    for other in (copy.deepcopy(samples), pickle.loads(pickle.dumps(samples))):
+        assert other.points.tobytes() == samples.points.tobytes()
+        assert other.report == samples.report
+    with_creases = iso.sample(iso.box(1, 1, 1), n=1000, creases=True)
+    assert len(copy.deepcopy(with_creases).creases.points) == len(with_creases.creases.points)
+
+    opaque = iso.from_function(lambda p: p[:, 0], bounds=([-1] * 3, [1] * 3))
+    assert copy.deepcopy(opaque) is opaque
+    with pytest.raises(pickle.PicklingError, match="from_function"):
+        pickle.dumps(opaque)
