@@ -1,5 +1,5 @@
 //! isoswarm-geometry for Python: measures.
-use isoswarm_field::{Aabb, Surface};
+use isoswarm_field::{Aabb, Field};
 use isoswarm_geometry::{
     self as core, Estimate, GeometryError, Integrand, MeasureOptions, Measures, MeshOptions, Meshed, Moment,
     Resolution,
@@ -76,7 +76,7 @@ struct Request {
 }
 
 /// Runs on the calling thread, detached; takes the interpreter back only for the user's functions and for Ctrl-C.
-fn run(surface: &dyn Surface, request: &Request) -> PyResult<(Meshed, Measures)> {
+fn run(surface: &Field, request: &Request) -> PyResult<(Meshed, Measures)> {
     let mut watch = Watch::new(None, None);
     let meshed = match &request.samples {
         Some(samples) => {
@@ -84,16 +84,17 @@ fn run(surface: &dyn Surface, request: &Request) -> PyResult<(Meshed, Measures)>
             core::mesh_samples(surface, &request.bounds, samples, &options)
         }
         None => {
-            let mut tick = |progress: &isoswarm_particles::Progress| watch.tick(progress);
             let (resolution, seed) = (request.resolution, request.seed);
-            let options = MeshOptions {
-                resolution,
-                seed,
-                intersections: false,
-                progress: Some(&mut tick),
-                ..Default::default()
-            };
-            core::mesh(surface, &request.bounds, options)
+            watch.over(surface.is_opaque(), |progress| {
+                let options = MeshOptions {
+                    resolution,
+                    seed,
+                    intersections: false,
+                    progress: Some(progress),
+                    ..Default::default()
+                };
+                core::mesh(surface, &request.bounds, options)
+            })
         }
     };
     if let Some(raised) = watch.raised {

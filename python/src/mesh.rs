@@ -3,7 +3,7 @@ use isoswarm_field::Aabb;
 use isoswarm_geometry::{
     self as core, FaceQuality, Mesh, MeshOptions, MeshReport, Meshed, Quality, Resolution, Rule,
 };
-use isoswarm_particles::{Density, Progress, Report, Samples, Status};
+use isoswarm_particles::{Density, Report, Samples, Status};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -61,29 +61,30 @@ pub fn mesh<'py>(
     let surface = model.get().field()?.as_ref();
     let mut made = py.detach(|| {
         let mut watch = Watch::new(progress, time_limit);
-        let mut tick = |p: &Progress| watch.tick(p);
-        let function = |points: &[[f64; 3]], out: &mut [f64]| match &density {
-            Some(f) => Python::attach(|py| callback::call(py, f, points, out)).map_err(callback::keep),
-            None => Ok(()),
-        };
-        let density = match (&density, curvature) {
-            (Some(_), _) => Density::Function(&function),
-            (None, true) => Density::Curvature,
-            (None, false) => Density::Uniform,
-        };
-        let mut options = MeshOptions {
-            resolution,
-            rule,
-            density,
-            creases,
-            intersections,
-            seed,
-            most,
-            progress: Some(&mut tick),
-            ..Default::default()
-        };
-        options.smoothing = smoothing.unwrap_or(options.smoothing);
-        let result = core::mesh(surface, &Aabb::new(lo, hi), options);
+        let result = watch.over(surface.is_opaque() || density.is_some(), |progress| {
+            let function = |points: &[[f64; 3]], out: &mut [f64]| match &density {
+                Some(f) => Python::attach(|py| callback::call(py, f, points, out)).map_err(callback::keep),
+                None => Ok(()),
+            };
+            let density = match (&density, curvature) {
+                (Some(_), _) => Density::Function(&function),
+                (None, true) => Density::Curvature,
+                (None, false) => Density::Uniform,
+            };
+            let mut options = MeshOptions {
+                resolution,
+                rule,
+                density,
+                creases,
+                intersections,
+                seed,
+                most,
+                progress: Some(progress),
+                ..Default::default()
+            };
+            options.smoothing = smoothing.unwrap_or(options.smoothing);
+            core::mesh(surface, &Aabb::new(lo, hi), options)
+        });
         match watch.raised {
             Some(error) => Err(error),
             None => result.map_err(errors::particles),

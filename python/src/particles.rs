@@ -1,5 +1,5 @@
 //! isoswarm-particles for Python: sampling.
-use isoswarm_field::{Aabb, Surface};
+use isoswarm_field::{Aabb, Field};
 use isoswarm_particles::{self as core, Amount, Density, Evenness, Method, Options, Report, Samples, Status};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -93,41 +93,43 @@ pub fn sample<'py>(
         time_limit,
         progress,
     };
-    let surface = model.get().field()?.as_ref();
-    let samples = py.detach(|| run(surface, request))?;
+    let field = model.get().field()?.as_ref();
+    let samples = py.detach(|| run(field, request))?;
     columns(py, samples)
 }
 
-/// Runs on the calling thread, detached; takes the interpreter back only for the user's functions and for Ctrl-C.
-fn run(surface: &dyn Surface, request: Request) -> PyResult<Samples> {
+/// Runs detached; takes the interpreter back only for the user's functions and for Ctrl-C.
+fn run(field: &Field, request: Request) -> PyResult<Samples> {
     let mut watch = Watch::new(request.progress, request.time_limit);
-    let function;
-    let density = match &request.density {
-        None => Density::Uniform,
-        Some(DensityRequest::Curvature) => Density::Curvature,
-        Some(DensityRequest::Function(f)) => {
-            function = |points: &[[f64; 3]], out: &mut [f64]| {
-                Python::attach(|py| callback::call(py, f, points, out)).map_err(callback::keep)
-            };
-            Density::Function(&function)
-        }
-    };
-    let mut tick = |progress: &core::Progress| watch.tick(progress);
-    let result = core::sample(
-        surface,
-        &request.bounds,
-        Options {
-            amount: request.amount,
-            method: request.method,
-            density,
-            creases: request.creases.then_some(core::creases::find),
-            seed: request.seed,
-            start: request.start.as_deref(),
-            most: request.most,
-            steps: request.steps,
-            progress: Some(&mut tick),
-        },
-    );
+    let here = field.is_opaque() || matches!(request.density, Some(DensityRequest::Function(_)));
+    let result = watch.over(here, |progress| {
+        let function;
+        let density = match &request.density {
+            None => Density::Uniform,
+            Some(DensityRequest::Curvature) => Density::Curvature,
+            Some(DensityRequest::Function(f)) => {
+                function = |points: &[[f64; 3]], out: &mut [f64]| {
+                    Python::attach(|py| callback::call(py, f, points, out)).map_err(callback::keep)
+                };
+                Density::Function(&function)
+            }
+        };
+        core::sample(
+            field,
+            &request.bounds,
+            Options {
+                amount: request.amount,
+                method: request.method,
+                density,
+                creases: request.creases.then_some(core::creases::find),
+                seed: request.seed,
+                start: request.start.as_deref(),
+                most: request.most,
+                steps: request.steps,
+                progress: Some(progress),
+            },
+        )
+    });
     match watch.raised {
         Some(error) => Err(error),
         None => result.map_err(errors::particles),

@@ -1,14 +1,17 @@
 //! Progress, time limit and Ctrl-C, seen from the calling thread while the core works without the interpreter.
 use std::ops::ControlFlow;
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-use isoswarm_particles::{Phase, Progress, Stop};
+use isoswarm_particles::{Phase, Progress, ProgressFn, Stop};
 use pyo3::prelude::*;
 
 /// How often the interpreter is asked whether the user pressed Ctrl-C.
 const SIGNALS: Duration = Duration::from_millis(100);
 /// How often the user's progress function is called.
 const REPORTS: Duration = Duration::from_millis(50);
+/// How often work in the thread pool asks the calling thread whether to go on.
+const QUESTIONS: Duration = Duration::from_millis(5);
 
 /// Watches over a run.
 pub struct Watch {
@@ -62,8 +65,42 @@ impl Watch {
         }
     }
 
+    /// Does `work` in the thread pool: it has many short loops, and for each of them a thread of the pool would have to be woken from
+    /// here. Progress is seen from the calling thread all the same. `here`: on the calling thread, since it calls
+    /// the user's functions.
+    pub fn over<T: Send>(&mut self, here: bool, work: impl FnOnce(&mut ProgressFn<'_>) -> T + Send) -> T {
+        if here {
+            return work(&mut |p| self.tick(p));
+        }
+        let (ask, asked) = channel();
+        let (answer, answered) = channel();
+        let mut result = None;
+        rayon::in_place_scope(|scope| {
+            let result = &mut result;
+            scope.spawn(move |_| {
+                let mut last: Option<(Instant, Phase)> = None;
+                let mut tick = |p: &Progress| {
+                    let now = Instant::now();
+                    if last.is_some_and(|(then, phase)| phase == p.phase && now - then < QUESTIONS) {
+                        return ControlFlow::Continue(());
+                    }
+                    last = Some((now, p.phase));
+                    // A calling thread that is gone has panicked.
+                    let goes_on = ask.send(*p).ok().and_then(|()| answered.recv().ok());
+                    goes_on.unwrap_or(ControlFlow::Break(Stop::Cancelled))
+                };
+                *result = Some(work(&mut tick));
+            });
+            for p in asked {
+                // Whoever has stopped asking has panicked, which the end of the scope passes on.
+                let _ = answer.send(self.tick(&p));
+            }
+        });
+        result.expect("a panic of the work ends the scope")
+    }
+
     /// [`Self::look`] for a run of the sampler.
-    pub fn tick(&mut self, p: &Progress) -> ControlFlow<Stop> {
+    fn tick(&mut self, p: &Progress) -> ControlFlow<Stop> {
         self.look(None, |py, f| {
             f.call1(py, (name(p.phase), p.fraction, p.floaters, p.steps))?;
             Ok(true)

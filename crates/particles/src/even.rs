@@ -46,7 +46,7 @@ const MIDDLE_STEPS_OF_FEW: usize = 24;
 const MIDDLE_STEPS: usize = 12;
 const FIRST_STEPS: usize = 6;
 const SETTLING_STEPS: usize = 60;
-const POLISHING_STEPS: usize = 8;
+const POLISHING_STEPS: usize = 6;
 /// Fewest steps of settling.
 const LEAST_STEPS: usize = 4;
 /// What a swarm moves less than two steps ago, as a part of that, where settling is worth its time. Below that it
@@ -86,7 +86,7 @@ const BENDING: f64 = 2.5;
 const NEAREST: f64 = 1.03;
 /// Root mean square displacement of a step in σ at which a swarm counts as settled: further steps change its evenness
 /// little.
-const SETTLED: f64 = 0.05;
+const SETTLED: f64 = 0.06;
 /// The same where a spacing is asked for, which is measured to a hundredth.
 const SETTLED_TO_MEASURE: f64 = 0.03;
 /// What the surface on which floaters move may be off, in square roots of the mean cell.

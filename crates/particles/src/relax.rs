@@ -19,9 +19,9 @@ const UNSEEN: f64 = 3.2;
 /// Longest displacement of a step in σ.
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
-const CHUNK: usize = 256;
+const CHUNK: usize = 128;
 /// Tasks that a thread takes at least: to wake another costs more than what few floaters would save.
-const TASKS: usize = 2;
+const TASKS: usize = 1;
 /// Cosine of the turn of a normal in one step from which on more than one Newton step is taken.
 const TURNED: f64 = 0.8;
 /// The same for the length of the Newton step in lengths of the step before it: on a smooth surface it is the half of
