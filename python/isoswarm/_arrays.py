@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,39 @@ def as_floats(what: str, value: npt.ArrayLike, shape: tuple[int | None, ...], le
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{what}: expected finite numbers, given {array[where]} at index {where}")
     return array
+
+
+def as_count(value: Any, what: str, least: int = 0, most: int = 2**63 - 1) -> int:
+    """`value` as a whole number within limits.
+
+    Raises
+    ------
+    TypeError
+        Not a whole number.
+    ValueError
+        Beyond the limits.
+
+    """
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
+        raise TypeError(f"{what}: expected a whole number, given {value!r:.60}")
+    count = operator.index(value)
+    if not least <= count <= most:
+        raise ValueError(f"{what}: expected a whole number from {least} to {_power(most)}, given {count}")
+    return count
+
+
+def as_seed(value: Any) -> int:
+    """The seed of all random choices."""
+    return as_count(value, "seed", 0, 2**64 - 1)
+
+
+def _power(limit: int) -> str:
+    """A limit as people read it."""
+    for offset, suffix in ((0, ""), (1, " - 1")):
+        power = limit + offset
+        if power > 1 << 20 and power & (power - 1) == 0:
+            return f"2^{power.bit_length() - 1}{suffix}"
+    return str(limit)
 
 
 def as_points(value: npt.ArrayLike, axes: int, what: str = "X") -> Floats:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import operator
 from typing import TYPE_CHECKING, Any, Literal, SupportsFloat
 
 import numpy as np
 
 from isoswarm import _core
-from isoswarm._arrays import as_bounds, as_floats
+from isoswarm._arrays import as_bounds, as_count, as_floats, as_seed
 from isoswarm.field import Field
 from isoswarm.pins import Floaters, Moment, Progress
 
@@ -65,15 +64,6 @@ def as_bound(value: float | None) -> float | None:
     return None if value is None or value in (np.inf, -np.inf) else as_number(value, "bounds")
 
 
-def as_count(value: Any, what: str) -> int:
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise TypeError(f"{what}: expected a whole number, given {value!r:.60}")
-    count = operator.index(value)
-    if not 0 <= count < 2**63:
-        raise ValueError(f"{what}: expected a whole number from 0 to 2^63 - 1, given {count}")
-    return count
-
-
 def as_loss(loss: Loss) -> Any:
     if loss == "squares":
         return "squares"
@@ -91,9 +81,7 @@ def as_settings(settings: dict[str, Any], changes: dict[str, Any], axes: int) ->
         elif key == "spacing":
             settings["amount"] = {"spacing": as_number(value, key)}
         elif key == "seed":
-            if not 0 <= operator.index(value) < 2**64:
-                raise ValueError(f"seed: expected a whole number from 0 to 2^64 - 1, given {value}")
-            settings["seed"] = operator.index(value)
+            settings["seed"] = as_seed(value)
         elif key == "bounds":
             settings["bounds"] = None if value is None else [c.tolist() for c in as_bounds(value, axes)]
         elif key in ("gain", "speed", "recovery", "curvature"):

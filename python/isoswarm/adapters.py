@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy.typing as npt
 
-from isoswarm._arrays import as_floats
-from isoswarm._requests import as_count
+from isoswarm._arrays import as_count, as_floats
 from isoswarm.errors import SceneStateError
 from isoswarm.field import Field
 from isoswarm.pins import DragResult, PinLike, Progress, Transfer

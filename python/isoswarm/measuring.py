@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import Floats, as_bounds
+from isoswarm._arrays import Floats, as_bounds, as_count, as_seed
 from isoswarm.callbacks import checked
 from isoswarm.errors import SamplingWarning
 from isoswarm.field import Field
@@ -229,12 +229,11 @@ def measure(
         raise ValueError(f"expected n or spacing, given both (n={n}, spacing={spacing})")
     if samples is not None and not (n is None and spacing is None):
         raise ValueError("expected no n and no spacing where samples are measured: the samples are the vertices")
-    if n is not None and not 4 <= n <= 2**48:
-        raise ValueError(f"n: expected a number of vertices from 4, given {n}")
+    if n is not None:
+        n = as_count(n, "n", 4, 2**48)
     if not 1 <= most <= 10**6:
         raise ValueError(f"most: expected a number from 1 to 1,000,000, given {most}")
-    if not 0 <= seed < 2**64:
-        raise ValueError(f"seed: expected a whole number from 0 to 2^64 - 1, given {seed}")
+    seed = as_seed(seed)
     lo, hi = as_bounds(bounds, field.axes) if bounds is not None else field.require_bounds()
     functions = _named(integrands)
     found = _core.measures(

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import Floats, as_bounds
+from isoswarm._arrays import Floats, as_bounds, as_count, as_seed
 from isoswarm.callbacks import BatchFunction, checked
 from isoswarm.certifying import grown
 from isoswarm.errors import EmptySurfaceWarning, SamplingWarning
@@ -355,10 +355,9 @@ def mesh(
         )
     if not given:
         n = 10_000
-    if n is not None and not 1 <= n <= 2**32:
-        raise ValueError(f"n: expected a number of vertices from 1 to 2^32, given {n}")
-    if not 0 <= seed < 2**64:
-        raise ValueError(f"seed: expected a whole number from 0 to 2^64 - 1, given {seed}")
+    if n is not None:
+        n = as_count(n, "n", 1, 2**32)
+    seed = as_seed(seed)
     if smoothing is not None and not 0 <= smoothing <= 10_000:
         raise ValueError(f"smoothing: expected a number of rounds from 0 to 10,000, given {smoothing}")
     if time_limit is not None and not 0.0 <= time_limit < float("inf"):

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import Floats, as_floats
+from isoswarm._arrays import Floats, as_floats, as_seed
 from isoswarm.errors import SamplingWarning
 from isoswarm.field import Field, node
 from isoswarm.loading import parse
@@ -128,8 +128,7 @@ class Parametric:
     def _make(self, n: int | None, spacing: float | None, seed: int, most: int, *, faces: bool) -> ParametricSamples:
         if n is not None and spacing is not None:
             raise ValueError(f"expected n or spacing, given both (n={n}, spacing={spacing})")
-        if not 0 <= seed < 2**64:
-            raise ValueError(f"seed: expected a whole number from 0 to 2^64 - 1, given {seed}")
+        seed = as_seed(seed)
         found = _core.patch(
             self.field._model,
             lo=(self.u[0], self.v[0]),

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import as_bounds, as_points
+from isoswarm._arrays import as_bounds, as_count, as_points, as_seed
 from isoswarm.callbacks import BatchFunction, checked
 from isoswarm.errors import EmptySurfaceWarning, SamplingWarning
 from isoswarm.field import Field
@@ -99,12 +99,11 @@ def sample(
         raise ValueError(f"expected n or spacing, given both (n={n}, spacing={spacing})")
     if n is None and spacing is None:
         n = 1000
-    if n is not None and not 1 <= n <= 2**48:
-        raise ValueError(f"n: expected a number of points from 1, given {n}")
+    if n is not None:
+        n = as_count(n, "n", 1, 2**48)
     if time_limit is not None and not 0.0 <= time_limit < float("inf"):
         raise ValueError(f"time_limit: expected seconds from 0, given {time_limit}")
-    if not 0 <= seed < 2**64:
-        raise ValueError(f"seed: expected a whole number from 0 to 2^64 - 1, given {seed}")
+    seed = as_seed(seed)
     lo, hi = as_bounds(bounds, field.axes) if bounds is not None else field.require_bounds()
     by: Any = density
     if density is not None and density != "curvature":

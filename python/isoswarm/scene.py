@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from isoswarm import _core
-from isoswarm._arrays import as_floats, as_points
-from isoswarm._requests import Loss, Watch, as_count, as_json, as_length, as_loss, as_number, as_settings
+from isoswarm._arrays import as_count, as_floats, as_points
+from isoswarm._requests import Loss, Watch, as_json, as_length, as_loss, as_number, as_settings
 from isoswarm.adapters import Adapter, Adapting
 from isoswarm.field import Field
 from isoswarm.pins import DragResult, FitResult, Pin, PinLike, Progress, Transfer

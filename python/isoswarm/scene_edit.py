@@ -6,7 +6,8 @@ import json
 from collections.abc import Sequence
 from typing import Any, SupportsFloat
 
-from isoswarm._requests import Watch, as_bound, as_count, as_json, as_number, as_settings
+from isoswarm._arrays import as_count
+from isoswarm._requests import Watch, as_bound, as_json, as_number, as_settings
 from isoswarm.field import Field
 from isoswarm.live import SceneParameters
 from isoswarm.pins import Progress

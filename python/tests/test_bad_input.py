@@ -95,6 +95,12 @@ def test_wrong_requests(request_, message: str) -> None:
         iso.sample(ball, bounds=1.5, **request_)
 
 
+@pytest.mark.parametrize("request_", [{"n": 1.5}, {"n": True}, {"n": 10, "seed": None}, {"n": 10, "seed": "1"}])
+def test_numbers_that_are_not_whole(request_) -> None:
+    with pytest.raises(TypeError, match="expected a whole number, given"):
+        iso.sample(ball, bounds=1.5, **request_)
+
+
 @pytest.mark.parametrize("request_", [{"n": 1_000_000_000}, {"spacing": 1e-6}], ids=str)
 def test_a_billion_points_are_refused_with_the_estimate(request_) -> None:
     with pytest.raises(iso.TooLargeError, match=r"about \d\.\d+e\d+ samples"):

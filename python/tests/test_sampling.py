@@ -108,7 +108,7 @@ def test_a_curve_in_the_plane() -> None:
     assert np.diff(angles) == pytest.approx(2 * np.pi / 100, rel=0.1)
 
 
-@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("size", [1e-70, 1e-6, 1.0, 1e6, 1e70])
 def test_any_size(size: float) -> None:
     samples = iso.sample(iso.torus(size, 0.4 * size), n=500)
     assert off(samples) < 1e-11 * size
@@ -152,6 +152,15 @@ def test_the_schemes_of_1994(method) -> None:
     assert off(samples) < 1e-11
     assert samples.report.evenness.cv < 0.1
     assert len(samples) == pytest.approx(256, rel=0.15)
+
+
+@pytest.mark.parametrize("asked", [{"n": 200}, {"spacing": 2 * np.pi / 200}])
+def test_the_adaptive_scheme_of_1994_on_a_curve(asked) -> None:
+    circle = iso.parse("x^2 + y^2 - 1", axes=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", iso.SamplingWarning)
+        samples = iso.sample(circle, method="adaptive", **asked)
+    assert len(samples) == pytest.approx(200, rel=0.1)
 
 
 def test_start_goes_on_from_earlier_points() -> None:

@@ -7,9 +7,12 @@ use crate::model::{Model, Payload, guarded};
 use crate::regions::Whole;
 use crate::surface::{Aabb, Surface};
 
-/// Cubes of half-side 2^FIRST to 2^LAST are tried.
+/// Cubes of half-side 2^FIRST to 2^LAST are tried,
 const FIRST: i32 = -20;
 const LAST: i32 = 40;
+/// and where half-spaces are, which is quick, 2^SMALLEST to 2^LARGEST: squares and cubes of these are numbers still.
+const SMALLEST: i32 = -500;
+const LARGEST: i32 = 330;
 /// Where nothing is known of infinity, this many doublings without a zero count as the end of the surface.
 const EMPTY_SHELLS: i32 = 6;
 /// Most rounds over the axes in which half-spaces are taken off.
@@ -73,15 +76,7 @@ fn contracted(whole: &Whole) -> Aabb {
                 }
                 part.lo[axis] >= part.hi[axis] || excludes(whole, &part)
             };
-            let (mut low, mut high) = (FIRST, LAST);
-            if !free(high) {
-                continue;
-            }
-            while low < high {
-                let middle = (low + high).div_euclid(2);
-                if free(middle) { high = middle } else { low = middle + 1 }
-            }
-            let half = 2f64.powi(high);
+            let Some(half) = smallest(free) else { continue };
             if upper { b.hi[axis] = b.hi[axis].min(half) } else { b.lo[axis] = b.lo[axis].max(-half) }
         }
         if b == before {
@@ -100,7 +95,8 @@ fn of_tree(model: &Model) -> Option<Aabb> {
     let has_function =
         |m: &Model| m.nodes().iter().any(|n| matches!(n.model().payload(), Payload::Callback(_)));
     if !has_function(model) {
-        return find(&Field::new(model).ok()?);
+        // One within a formula is none of the operators.
+        return Field::new(model).ok().filter(|f| !f.is_opaque()).and_then(|f| find(&f));
     }
     let value = |name: &str| {
         let p = model.params().iter().find(|p| *p.name == *name)?;
@@ -158,14 +154,17 @@ fn by_half_spaces(whole: &Whole) -> Option<f64> {
             })
         })
     };
-    // The property holds for every larger cube too: bisect.
-    let (mut low, mut high) = (FIRST, LAST);
-    if !outside_is_free(2f64.powi(high)) {
-        return None;
-    }
+    smallest(|power| outside_is_free(2f64.powi(power)))
+}
+
+/// The smallest power of two that is `free`, where all larger ones are too.
+fn smallest(free: impl Fn(i32) -> bool) -> Option<f64> {
+    // Where the largest overflow.
+    let mut high = [LAST, LARGEST].into_iter().find(|power| free(*power))?;
+    let mut low = SMALLEST;
     while low < high {
         let middle = (low + high).div_euclid(2);
-        if outside_is_free(2f64.powi(middle)) { high = middle } else { low = middle + 1 }
+        if free(middle) { high = middle } else { low = middle + 1 }
     }
     Some(2f64.powi(high))
 }

@@ -16,7 +16,16 @@ pub(super) fn extent(points: &[[f64; 3]], bounds: Option<Aabb>) -> f64 {
     if length > 0.0 && length.is_finite() { length } else { 1.0 }
 }
 
-/// F and ∂F/∂x by central differences, in one call of the function.
+/// The coordinate `by` beside that of a point, or the face of the bounds between: beyond them a function need not be defined.
+pub(super) fn beside(p: &[f64], axis: usize, by: f64, bounds: Option<Aabb>) -> f64 {
+    let to = p[axis] + by;
+    let room = |b: &Aabb| {
+        (0..p.len()).all(|a| b.lo[a] <= p[a] && p[a] <= b.hi[a]) && b.hi[axis] - b.lo[axis] > by.abs()
+    };
+    bounds.filter(room).map_or(to, |b| to.clamp(b.lo[axis], b.hi[axis]))
+}
+
+/// F and ∂F/∂x by central differences, one-sided at the faces of the function's bounds, in one call of the function.
 pub(super) fn gradient(
     callback: &dyn Callback,
     points: &[[f64; 3]],
@@ -25,15 +34,16 @@ pub(super) fn gradient(
     gradient: &mut [[f64; 3]],
 ) -> Result<(), FieldError> {
     let n = points.len();
-    let h = STEP * extent(points, callback.bounds());
+    let bounds = callback.bounds();
+    let h = STEP * extent(points, bounds);
     let mut all = Vec::with_capacity(7 * n);
     all.extend_from_slice(points);
     for axis in 0..3 {
         for side in [h, -h] {
             all.extend(points.iter().map(|p| {
-                let mut p = *p;
-                p[axis] += side;
-                p
+                let mut q = *p;
+                q[axis] = beside(p, axis, side, bounds);
+                q
             }));
         }
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::differences::{self, OfParameters, STEP, extent};
+use super::differences::{self, OfParameters, STEP, beside, extent};
 use super::evaluate::{Sweep, Target};
 use super::{CHUNK, Field, Part};
 use crate::kernel::{Batch, Want, run};
@@ -250,19 +250,24 @@ impl Field {
             points.chunks_exact(d).map(|p| std::array::from_fn(|a| if a < d { p[a] } else { 0.0 })).collect();
         let declared = self.compiled.leaves.iter().find_map(|l| l.callback.bounds());
         let h = 20.0 * STEP * extent(&rows, declared);
+        let bounds = self.bounds();
         let mut shifted = points.to_vec();
         let mut value = vec![0.0; n * k];
         let mut sides = [vec![0.0; n * k * d], vec![0.0; n * k * d]];
+        let mut steps = vec![0.0; n];
         for b in 0..d {
+            steps.fill(0.0);
             for (side, gradient) in [h, -h].into_iter().zip(&mut sides) {
-                for (p, q) in shifted.chunks_exact_mut(d).zip(points.chunks_exact(d)) {
+                let places = shifted.chunks_exact_mut(d).zip(points.chunks_exact(d));
+                for ((p, q), step) in places.zip(&mut steps) {
                     p.copy_from_slice(q);
-                    p[b] += side;
+                    p[b] = beside(q, b, side, bounds);
+                    *step += side.signum() * p[b];
                 }
                 self.gradient(&shifted, &mut value, gradient)?;
             }
             for i in 0..n * k * d {
-                out[i * d + b] = (sides[0][i] - sides[1][i]) / (2.0 * h);
+                out[i * d + b] = (sides[0][i] - sides[1][i]) / steps[i / (k * d)];
             }
         }
         // Differences of a gradient are not quite symmetric.

@@ -4,6 +4,7 @@ use isoswarm_field::{Aabb, Surface};
 
 use super::{Floaters, Parameters};
 use crate::Error;
+use crate::even::spacing_for_count;
 use crate::finish::finish;
 use crate::options::{Amount, Method, Phase};
 use crate::population::linear;
@@ -18,8 +19,9 @@ use crate::vector::{V3, norm};
 pub(crate) const STEPS: usize = 400;
 /// Radius in square roots of the mean cell for a fixed radius.
 const SIGMA: f64 = 0.45;
-/// With radii at σ̂ the mean distance to the nearest neighbour settles at this many σ̂.
+/// With radii at σ̂ the mean distance to the nearest neighbour settles at this many σ̂ on surfaces, and on curves.
 const NEAREST: f64 = 1.72;
+const NEAREST_ON_CURVES: f64 = 1.12;
 /// Speed in σ per unit of time below which floaters are at rest: root mean square.
 const RESTING: f64 = 0.15;
 
@@ -38,10 +40,11 @@ pub(crate) fn run(
     let bounds = Aabb::new(walls.lo, walls.hi);
     let unit = linear(seeds.area / n as f64, walls.axes);
     let diameter = Aabb::around(&seeds.points).map_or(unit, |b| b.diagonal());
-    let sigma_hat = match amount {
-        Amount::Spacing(s) => s / NEAREST,
-        Amount::Count(_) => 1.03 * unit / NEAREST,
+    let spacing = match amount {
+        Amount::Spacing(s) => s,
+        Amount::Count(_) => spacing_for_count(seeds.area, n, walls.axes),
     };
+    let sigma_hat = spacing / if walls.axes == 2 { NEAREST_ON_CURVES } else { NEAREST };
     let mut parameters = Parameters::new(diameter, sigma_hat);
     let rng = Rng::new(run.seed, Stream::Thinning);
     let firsts = firsts(seeds);

@@ -49,19 +49,22 @@ pub(crate) fn connected(
         let mut place: Vec<V3> = walks.iter().map(|w| along(w.at, w.step, w.tangent)).collect();
         let mut ahead = Vec::new();
         for round in 0..2 {
-            look(surface, run, &place, &mut value, &mut gradient)?;
+            look(surface, run, &within(walls, &place), &mut value, &mut gradient)?;
             if round == 0 {
                 ahead.clone_from(&gradient);
             }
             for (k, w) in walks.iter().enumerate() {
                 let g = in_plane(gradient[k], w.plane);
                 let move_by = -value[k] / dot(g, g);
-                let step = scale(g, move_by);
-                let short = (w.step / norm(step)).min(1.0);
-                place[k] = along(place[k], short, step);
+                // Where the gradient vanishes there is no way to correct: the step will not pass for smooth.
+                if move_by.is_finite() {
+                    let step = scale(g, move_by);
+                    let short = (w.step / norm(step)).min(1.0);
+                    place[k] = along(place[k], short, step);
+                }
             }
         }
-        look(surface, run, &place, &mut value, &mut gradient)?;
+        look(surface, run, &within(walls, &place), &mut value, &mut gradient)?;
         let mut next = Vec::with_capacity(walks.len());
         for (k, w) in walks.into_iter().enumerate() {
             if let Some(w) = advance(w, place[k], value[k], gradient[k], ahead[k], walls, &mut linked) {
@@ -100,6 +103,11 @@ fn start(pair: usize, [(p, n), (q, m)]: [(V3, V3); 2], axes: usize) -> Vec<Walk>
             longest: WAY * d,
         })
         .collect()
+}
+
+/// The places, or the nearest within the walls: nothing is known of F beyond.
+fn within(walls: &Walls, places: &[V3]) -> Vec<V3> {
+    places.iter().map(|p| walls.clamp(*p)).collect()
 }
 
 /// Accepts the step, or halves it; `None` ends the walk. `g` is the gradient at the place, `ahead` the one at the end
