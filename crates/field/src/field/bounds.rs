@@ -12,7 +12,7 @@ const FIRST: i32 = -20;
 const LAST: i32 = 40;
 /// and where half-spaces are, which is quick, 2^SMALLEST to 2^LARGEST: squares and cubes of these are numbers still.
 const SMALLEST: i32 = -500;
-const LARGEST: i32 = 330;
+const LARGEST: i32 = 340;
 /// Where nothing is known of infinity, this many doublings without a zero count as the end of the surface.
 const EMPTY_SHELLS: i32 = 6;
 /// Most rounds over the axes in which half-spaces are taken off.
