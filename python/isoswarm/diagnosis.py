@@ -120,7 +120,13 @@ class Diagnosis:
         return rows
 
 
-def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000, boxes: int = 200_000) -> Diagnosis:
+BOXES = 200_000
+"""Most boxes in which the topology is looked at, unless more are asked for."""
+WORK = 40_000_000
+"""Most operations in all of these, each for a box."""
+
+
+def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000, boxes: int | None = None) -> Diagnosis:
     """Look at a field: where its surface is, in how many components, and whether its derivatives are right.
 
     Parameters
@@ -133,8 +139,9 @@ def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000, 
         Of every random choice.
     n : int
         Samples used; more are taken if there are more components.
-    boxes : int
-        How much may be done to prove the topology: see :func:`isoswarm.certify`.
+    boxes : int, optional
+        How much may be done to prove the topology: see :func:`isoswarm.certify`. By default 200,000, or fewer where the field has
+        many operations, so that it takes seconds.
 
     """
     lo, hi = as_bounds(bounds, field.axes) if bounds is not None else field.require_bounds()
@@ -146,6 +153,8 @@ def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000, 
         except TooFewError as error:
             samples = sample(field, n=4 * error.components, bounds=box, seed=seed)
     report = samples.report
+    if boxes is None:
+        boxes = min(BOXES, WORK // max(1, field._model.operations))
     return Diagnosis(
         axes=field.axes,
         bounds=(lo.tolist(), hi.tolist()),

@@ -229,6 +229,11 @@ impl Model {
     }
 
     #[getter]
+    fn operations(&self) -> PyResult<usize> {
+        Ok(self.field()?.operations())
+    }
+
+    #[getter]
     fn axes(&self) -> PyResult<usize> {
         Ok(self.field()?.axes())
     }
