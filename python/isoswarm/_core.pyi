@@ -254,6 +254,9 @@ def save_mesh(
     normals: Floats | None = None,
     curvatures: Floats | None = None,
     ids: npt.NDArray[np.uint64] | None = None,
+    *,
+    corner_normals: Floats | None = None,
+    sharp: bool | None = None,
 ) -> None: ...
 def write_bytes(path: Path, content: bytes) -> None: ...
 def measure(points: Floats, normals: Floats, bounds: tuple[Corner, ...] | None, axes: int) -> dict[str, float]: ...

@@ -186,6 +186,9 @@ class Mesh:
         Connected component of each vertex; -1 for those without a triangle.
     ids : ndarray of uint64, (n,)
         Identities of the vertices.
+    corner_normals : ndarray, (f, 3, 3), or None
+        Where the surface has creases: outward unit normals at the corners of the triangles, which on a crease are those
+        of the triangle's side. None where all are those of the vertices.
     report : MeshReport
         How it came out.
     field : Field
@@ -199,6 +202,7 @@ class Mesh:
     faces: npt.NDArray[np.int64]
     component: npt.NDArray[np.int64]
     ids: npt.NDArray[np.uint64]
+    corner_normals: Floats | None
     report: MeshReport
     field: Field
 
@@ -214,12 +218,15 @@ class Mesh:
             column: npt.NDArray[Any] = columns[name]
             column.setflags(write=False)
             setattr(self, name, column)
+        self.corner_normals = columns["corner_normals"]
+        if self.corner_normals is not None:
+            self.corner_normals.setflags(write=False)
 
     def __len__(self) -> int:
         """Return the number of triangles."""
         return len(self.faces)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], *, sharp: bool | None = None) -> None:
         """Write the mesh to a file, whole or not at all.
 
         Parameters
@@ -227,6 +234,12 @@ class Mesh:
         path : str or path
             Ends in ``.ply``, ``.obj``, ``.stl``, ``.glb``, ``.3mf``, ``.vtp`` or ``.npz``. Normals and curvatures go
             where the format can take them.
+        sharp : bool, optional
+            Whether viewers shade creases sharply. In ``.ply``, ``.glb`` and ``.vtp`` vertices on creases are then there
+            once a side, each with the normal of its side, and triangles of different sides share no vertices: no longer
+            watertight for programs that do not merge them. ``.obj`` gets further normals for the same vertices. By
+            default ``.glb``, ``.vtp`` and ``.obj`` are sharp and ``.ply`` is not. ``.stl`` has a normal a triangle,
+            ``.3mf`` has none, ``.npz`` has `corner_normals`.
 
         Raises
         ------
@@ -236,7 +249,17 @@ class Mesh:
             The file cannot be written; what stood there before is unchanged.
 
         """
-        _core.save_mesh(Path(path), self.points, self.faces, self.normals, self.curvatures, self.ids)
+        corners = None if self.corner_normals is None else self.corner_normals.reshape(-1, 3)
+        _core.save_mesh(
+            Path(path),
+            self.points,
+            self.faces,
+            self.normals,
+            self.curvatures,
+            self.ids,
+            corner_normals=corners,
+            sharp=sharp,
+        )
 
     def to_trimesh(self) -> Any:
         """As a ``trimesh.Trimesh`` with vertex normals and curvatures; needs trimesh."""

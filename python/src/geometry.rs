@@ -157,9 +157,10 @@ pub fn animate<'py>(py: Python<'py>, frames: Vec<Vec<u8>>, seconds: f64) -> PyRe
     Ok(PyBytes::new(py, &png))
 }
 
-/// Saves triangles over points in the format that the path's ending names; columns that are left out are not written.
+/// Saves triangles over points in the format that the path's ending names; columns that are left out are not written. Normals at
+/// corners: three rows a triangle.
 #[pyfunction]
-#[pyo3(signature = (path, points, faces, normals=None, curvatures=None, ids=None))]
+#[pyo3(signature = (path, points, faces, normals=None, curvatures=None, ids=None, *, corner_normals=None, sharp=None))]
 pub fn save_mesh(
     py: Python<'_>,
     path: PathBuf,
@@ -168,15 +169,20 @@ pub fn save_mesh(
     normals: Option<PyReadonlyArray2<'_, f64>>,
     curvatures: Option<PyReadonlyArray2<'_, f64>>,
     ids: Option<PyReadonlyArray1<'_, u64>>,
+    corner_normals: Option<PyReadonlyArray2<'_, f64>>,
+    sharp: Option<bool>,
 ) -> PyResult<()> {
+    let corners =
+        corner_normals.map(|a| arrays::points("corner_normals", &a)).transpose()?.unwrap_or_default();
     let mesh = Mesh {
+        corner_normals: corners.as_chunks::<3>().0.to_vec(),
         points: arrays::points("points", &points)?,
         normals: normals.map(|a| arrays::points("normals", &a)).transpose()?.unwrap_or_default(),
         curvatures: curvatures.map(|a| arrays::rows("curvatures", &a)).transpose()?.unwrap_or_default(),
         ids: ids.map(|a| arrays::column(&a)).unwrap_or_default(),
         faces: arrays::faces(&faces)?,
     };
-    py.detach(|| core::save_mesh(&path, &mesh)).map_err(errors::geometry)
+    py.detach(|| core::save_mesh(&path, &mesh, sharp)).map_err(errors::geometry)
 }
 
 /// Writes a file whole or not at all.

@@ -228,6 +228,14 @@ fn columns(py: Python<'_>, made: Meshed) -> PyResult<Bound<'_, PyDict>> {
     let faces: Vec<i64> = mesh.faces.into_flattened().into_iter().map(i64::from).collect();
     d.set_item("faces", numpy::PyArrayMethods::reshape(&faces.into_pyarray(py), [n, 3])?)?;
     d.set_item("ids", mesh.ids.into_pyarray(py))?;
+    let corners = match mesh.corner_normals.len() {
+        0 => None,
+        n => {
+            let rows = arrays::from_rows(py, mesh.corner_normals.into_flattened())?;
+            Some(numpy::PyArrayMethods::reshape(&rows, [n, 3, 3])?)
+        }
+    };
+    d.set_item("corner_normals", corners)?;
     Ok(d)
 }
 

@@ -8,6 +8,7 @@ import pytest
 import pyvista
 import trimesh
 
+import isoswarm as iso
 from isoswarm import _core
 
 FORMATS = ("ply", "obj", "stl", "glb", "3mf", "vtp", "npz")
@@ -125,6 +126,42 @@ def test_an_empty_mesh_is_an_empty_file_of_its_format(ending, tmp_path):
         assert model.GetMeshObjects().Count() == 0
     if ending == "vtp":
         assert pyvista.read(path).n_cells == 0
+
+
+@pytest.fixture(scope="module")
+def can():
+    return iso.mesh(iso.cylinder(r=0.7, h=1.5), n=1500)
+
+
+@pytest.mark.parametrize(("ending", "up"), [("glb", 1), ("obj", 2), ("ply", 2)])
+def test_creases_are_sharp_where_that_is_asked_for(can, ending, up, tmp_path):
+    can.save(tmp_path / f"a.{ending}", sharp=True)
+    read = trimesh.load(tmp_path / f"a.{ending}", process=False)
+    part = next(iter(read.geometry.values())) if ending == "glb" else read
+    assert len(part.faces) == len(can.faces)
+    across, normals = np.delete(part.vertices, up, axis=1) / 0.7, np.array(part.vertex_normals)
+    # Every normal is that of the mantle or of a lid, also on the rims, where both are.
+    lid = np.abs(np.abs(normals[:, up]) - 1) < 1e-6
+    assert np.abs(np.delete(normals, up, axis=1)[~lid] - across[~lid]).max() < 1e-5
+    rims = np.abs(np.hypot(*across.T) - 1) < 1e-5
+    assert min(lid[rims].sum(), (~lid)[rims].sum()) >= 40
+    # And every triangle has those of its side.
+    fronts = np.array(part.face_normals)
+    assert np.einsum("fk,fck->fc", fronts, normals[part.faces]).min() > 0.9
+
+
+def test_vertices_on_creases_are_shared_unless_sharp(can, tmp_path):
+    for name, sharp in [("usual", None), ("sharp", True)]:
+        can.save(tmp_path / f"{name}.ply", sharp=sharp)
+        assert trimesh.load(tmp_path / f"{name}.ply", process=False).is_watertight == (not sharp)
+    for name, sharp in [("usual", None), ("shared", False)]:
+        can.save(tmp_path / f"{name}.vtp", sharp=sharp)
+        assert (pyvista.read(tmp_path / f"{name}.vtp").n_points == len(can.points)) == (sharp is False)
+    can.save(tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz") as file:
+        assert np.array_equal(file["corner_normals"].reshape(-1, 3, 3), can.corner_normals)
+        assert np.array_equal(file["faces"], can.faces)
+    assert iso.mesh(iso.sphere(), n=500).corner_normals is None
 
 
 def test_what_makes_no_mesh_is_refused(ball, tmp_path):

@@ -42,6 +42,7 @@ macro_rules! dispatch {
         }
     };
 }
+pub(crate) use dispatch;
 
 /// The forward sweep, for a block of points; `inputs[k]` is coordinate k. The result is in register `root`.
 #[inline(always)]

@@ -51,6 +51,16 @@ impl Lanes {
         }
         r
     }
+
+    #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+    fn zip3(self, b: Self, c: Self, f: impl Fn(Interval, Interval, Interval) -> Interval) -> Self {
+        let mut r = self;
+        for l in 0..LANES {
+            let v = f(self.lane(l), b.lane(l), c.lane(l));
+            (r.lo[l], r.hi[l]) = (v.lo, v.hi);
+        }
+        r
+    }
 }
 
 impl From<Interval> for Lanes {
@@ -161,7 +171,7 @@ macro_rules! lane_functions {
         impl Scalar for Lanes {
             #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn from_f64(v: f64) -> Self {
-                Self::from_fn(|_| Interval::from_f64(v))
+                Self::from(Interval::from_f64(v))
             }
             $(#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn $one(self) -> Self {
@@ -173,11 +183,11 @@ macro_rules! lane_functions {
             })*
             #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn choose(mask: Self, b: Self, c: Self) -> Self {
-                Self::from_fn(|l| Interval::choose(mask.lane(l), b.lane(l), c.lane(l)))
+                mask.zip3(b, c, Interval::choose)
             }
             #[cfg_attr(not(target_arch = "wasm32"), inline(always))]
             fn pass_if_less(self, b: Self, g: Self) -> Self {
-                Self::from_fn(|l| self.lane(l).pass_if_less(b.lane(l), g.lane(l)))
+                self.zip3(b, g, Interval::pass_if_less)
             }
         }
     };

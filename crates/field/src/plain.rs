@@ -1,7 +1,9 @@
 //! The two sweeps without registers, one number at a time: every instruction's value and adjoint is kept. For
 //! intervals, where pruning asks what each instruction came to.
 
-use crate::op::{apply, is_flat, pull};
+use crate::SMALL;
+use crate::eval::dispatch;
+use crate::op::{Op, apply, is_flat, pull};
 use crate::scalar::Scalar;
 use crate::tape::{Code, Mode, Tape};
 
@@ -92,15 +94,39 @@ pub(crate) fn reverse<U: Copy, V: Scalar + From<U>>(
             list[i] = V::from_f64(0.0);
             continue;
         }
-        if let Code::Op(op, mode) = instr.code {
+        let Code::Op(op, mode) = instr.code else { continue };
+        let (before, rest) = list.split_at_mut(i);
+        let (g, r, slots) = (rest[0], values[i], instr.slots());
+        if SMALL {
             let (a, b) = operands(tape, shared, values, mode, instr.args);
-            for k in instr.slots().rev().filter(|&k| !is_flat(op, k)) {
-                let slot = instr.args[k] as usize;
-                let share = pull(op, k, list[i], a, b, values[i]);
-                // The first share is written, not added: nothing has to be cleared before.
-                list[slot] = if reached[slot] { list[slot] + share } else { share };
-                reached[slot] = true;
+            for k in slots.rev().filter(|&k| !is_flat(op, k)) {
+                add(before, reached, instr.args[k], pull(op, k, g, a, b, r));
             }
+            continue;
         }
+        // With the operation as a constant: of one match for all, the compiler takes out what some have in common, such
+        // as roots, and computes it for every instruction.
+        macro_rules! run {
+            ($op:expr) => {{
+                let (a, b) = operands(tape, shared, values, mode, instr.args);
+                run!($op, 2, a, b);
+                run!($op, 1, a, b);
+                run!($op, 0, a, b);
+            }};
+            ($op:expr, $k:literal, $a:ident, $b:ident) => {
+                if const { $k < $op.arity() && !is_flat($op, $k) } && slots.contains(&$k) {
+                    add(before, reached, instr.args[$k], pull($op, $k, g, $a, $b, r));
+                }
+            };
+        }
+        dispatch!(op, run);
     }
+}
+
+/// Adds a share to the adjoint in `slot`. The first one is written: nothing has to be cleared before.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+fn add<V: Scalar>(list: &mut [V], reached: &mut [bool], slot: u32, share: V) {
+    let slot = slot as usize;
+    list[slot] = if reached[slot] { list[slot] + share } else { share };
+    reached[slot] = true;
 }

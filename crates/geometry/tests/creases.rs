@@ -2,17 +2,17 @@
 
 use std::f64::consts::PI;
 
-use isoswarm_field::vector::{dot, norm, unit};
+use isoswarm_field::vector::{distance, dot, norm, unit};
 use isoswarm_field::{Aabb, Field, text};
+use isoswarm_geometry::Resolution::Count;
 use isoswarm_geometry::{MeshOptions, Meshed, Resolution, mesh};
 
-fn made(formula: &str, half: f64, n: usize) -> Meshed {
+fn made(formula: &str, half: f64, resolution: Resolution) -> Meshed {
     let field = Field::new(&text::parse(formula, &[]).unwrap()).unwrap();
     let bounds = Aabb::new([-half; 3], [half; 3]);
-    let out = mesh(&field, &bounds, MeshOptions { resolution: Resolution::Count(n), ..Default::default() })
-        .unwrap();
+    let out = mesh(&field, &bounds, MeshOptions { resolution, ..Default::default() }).unwrap();
     println!(
-        "{formula} {n}: {:?} euler {:?} warnings {:?} doubtful {} filled {} intersections {}",
+        "{formula} {resolution:?}: {:?} euler {:?} warnings {:?} doubtful {} filled {} intersections {}",
         out.report.topology.faults,
         out.report.topology.euler,
         out.report.warnings,
@@ -34,7 +34,7 @@ const CSG: &str = "max(max(max(abs(x),max(abs(y),abs(z)))-0.75,x^2+y^2+z^2-1),\
 #[test]
 fn a_cube_is_meshed_exactly() {
     for n in [300, 1000, 5000] {
-        let out = made(CUBE, 1.2, n);
+        let out = made(CUBE, 1.2, Count(n));
         assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report);
         assert_eq!(out.report.topology.euler, [2]);
         near(out.mesh.volume(), 8.0, 1e-12);
@@ -49,7 +49,7 @@ fn a_cube_is_meshed_exactly() {
 
 #[test]
 fn a_turned_cube_is_meshed_as_well() {
-    let out = made("rotate(box(2, 2, 2), angle=1, ax=0.3, ay=1, az=-0.2)", 1.9, 3000);
+    let out = made("rotate(box(2, 2, 2), angle=1, ax=0.3, ay=1, az=-0.2)", 1.9, Count(3000));
     assert!(out.report.is_sound() && out.report.topology.is_closed(), "{:?}", out.report);
     near(out.mesh.volume(), 8.0, 1e-12);
     near(out.mesh.area(), 24.0, 1e-12);
@@ -57,7 +57,7 @@ fn a_turned_cube_is_meshed_as_well() {
 
 #[test]
 fn the_classic_part_has_five_handles() {
-    let out = made(CSG, 1.05, 5000);
+    let out = made(CSG, 1.05, Count(5000));
     assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report);
     assert_eq!(out.report.topology.euler, [-8]);
     // No corner of a triangle lies on another piece than the triangle does.
@@ -77,7 +77,7 @@ fn the_classic_part_has_five_handles() {
 
 #[test]
 fn two_balls_meet_in_a_circle() {
-    let out = made("min((x - 0.6)^2 + y^2 + z^2 - 1, (x + 0.6)^2 + y^2 + z^2 - 1)", 1.8, 4000);
+    let out = made("min((x - 0.6)^2 + y^2 + z^2 - 1, (x + 0.6)^2 + y^2 + z^2 - 1)", 1.8, Count(4000));
     assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report);
     assert_eq!(out.report.topology.euler, [2]);
     let on: Vec<_> = out.report.creases.iter().flatten().collect();
@@ -94,6 +94,78 @@ fn two_balls_meet_in_a_circle() {
     near(out.mesh.volume(), 7.506312046977212, 3e-3);
 }
 
+/// Largest distance of the middles of edges on creases from points that are close together on the curve where they belong.
+fn off(out: &Meshed, curve: impl Fn(f64) -> Vec<[f64; 3]>) -> f64 {
+    let points: Vec<[f64; 3]> = (0..20_000).flat_map(|k| curve(2.0 * PI * f64::from(k) / 20_000.0)).collect();
+    let at = |v: u32| out.mesh.points[v as usize];
+    let middles = out.report.creases.iter().map(|&[a, b]| [0, 1, 2].map(|k| 0.5 * at(a)[k] + 0.5 * at(b)[k]));
+    let least = |m: [f64; 3]| points.iter().map(|p| distance(*p, m)).fold(f64::INFINITY, f64::min);
+    middles.map(least).fold(0.0, f64::max)
+}
+
+#[test]
+fn edges_on_creases_keep_the_distance_asked_for() {
+    let balls = "min((x - 0.6)^2 + y^2 + z^2 - 1, (x + 0.6)^2 + y^2 + z^2 - 1)";
+    let circle = |t: f64| vec![[0.0, 0.8 * t.cos(), 0.8 * t.sin()]];
+    // Two tubes that cross, cut off by a ball.
+    let tubes = "max(min(x^2 + y^2 - 0.36, y^2 + z^2 - 0.16), x^2 + y^2 + z^2 - 1)";
+    let crossing = |t: f64| {
+        let (y, z) = (0.4 * t.cos(), 0.4 * t.sin());
+        let (x, r, h) = ((0.36 - y * y).sqrt(), 0.6, (1.0f64 - 0.36).sqrt());
+        let (u, v, w) = ((1.0f64 - 0.16).sqrt(), 0.4 * t.cos(), 0.4 * t.sin());
+        let rims = [[r * t.cos(), r * t.sin(), h], [r * t.cos(), r * t.sin(), -h], [u, v, w], [-u, v, w]];
+        [[x, y, z], [-x, y, z]].into_iter().chain(rims).collect()
+    };
+    for error in [3e-3, 5e-4] {
+        for (formula, curve, euler) in
+            [(balls, &circle as &dyn Fn(f64) -> Vec<[f64; 3]>, 2), (tubes, &crossing, 2)]
+        {
+            let out = made(formula, 1.8, Resolution::Error(error));
+            assert!(out.report.is_sound() && out.report.topology.is_closed(), "{:?}", out.report.warnings);
+            assert_eq!(out.report.topology.euler, [euler]);
+            let off = off(&out, curve);
+            println!("{error}: {} edges on creases, {off:e} off", out.report.creases.len());
+            assert!(off <= error * (1.0 + 1e-6) + 1e-7, "{off} instead of {error}");
+            // And no finer than that takes.
+            assert!(off > 0.1 * error);
+            assert!(out.report.max_distance <= error);
+        }
+    }
+}
+
+#[test]
+fn corners_of_triangles_have_the_normal_of_their_side() {
+    let out = made(CUBE, 1.2, Count(1000));
+    let mesh = &out.mesh;
+    for (f, normals) in mesh.corner_normals.iter().enumerate() {
+        let front = unit(mesh.face_vector(f));
+        assert!(normals.iter().all(|n| distance(*n, front) < 1e-9), "{normals:?}");
+    }
+    // Apart at the edges: a piece a side, on which a point of an edge is twice and a corner three times.
+    let sharp = mesh.sharp();
+    assert_eq!(sharp.topology().components(), 6);
+    let edged = out.report.creases.iter().flatten().collect::<std::collections::HashSet<_>>().len();
+    assert_eq!(sharp.points.len(), mesh.points.len() + edged + 8);
+    for (f, g) in mesh.faces.iter().zip(&sharp.faces) {
+        assert_eq!(f.map(|v| mesh.points[v as usize]), g.map(|v| sharp.points[v as usize]));
+        assert_eq!(f.map(|v| mesh.ids[v as usize]), g.map(|v| sharp.ids[v as usize]));
+    }
+    assert_eq!(sharp.curvatures.len(), sharp.points.len());
+
+    let balls = made("min((x - 0.6)^2 + y^2 + z^2 - 1, (x + 0.6)^2 + y^2 + z^2 - 1)", 1.8, Count(2000));
+    for (f, normals) in balls.mesh.corner_normals.iter().enumerate() {
+        let corners = balls.mesh.corners(f);
+        let centre = if corners.iter().map(|c| c[0]).sum::<f64>() > 0.0 { 0.6 } else { -0.6 };
+        for ([x, y, z], n) in corners.into_iter().zip(normals) {
+            assert!(distance(*n, [x - centre, y, z]) < 1e-6, "{n:?} at {x}, {y}, {z}");
+        }
+    }
+    assert_eq!(balls.mesh.sharp().topology().components(), 2);
+    // Without creases nothing is split.
+    let ball = made("x^2 + y^2 + z^2 - 1", 1.2, Count(1000)).mesh;
+    assert!(ball.corner_normals.is_empty() && *ball.sharp() == ball);
+}
+
 #[test]
 fn other_parts_are_sound() {
     for (formula, euler, volume) in [
@@ -107,7 +179,7 @@ fn other_parts_are_sound() {
         ("shell(box(1.4, 1.4, 1.4), thickness=0.3)", 0, f64::NAN),
         ("smooth_union(sphere(r=1), torus(major=1.2, minor=0.3), k=0.1) - box(0.8, 0.8, 4)", 0, f64::NAN),
     ] {
-        let out = made(formula, 1.8, 4000);
+        let out = made(formula, 1.8, Count(4000));
         assert!(out.report.topology.is_closed(), "{formula}: {:?}", out.report.warnings);
         if formula.starts_with("smooth") {
             // An acute rim around a square: a few triangles may cross it, and are told of.

@@ -1,5 +1,6 @@
 //! Meshes of surfaces: topology, boundary, quality, distance, what is said where it does not work, and what must not matter.
 
+use isoswarm_field::vector::norm;
 use isoswarm_field::{Aabb, Field, FieldError, Surface, text};
 use isoswarm_geometry::{LiveMesh, Mesh, MeshOptions, Meshed, Resolution, Rule, mesh, mesh_samples};
 use isoswarm_particles::floaters::{Floaters, Parameters};
@@ -284,6 +285,46 @@ fn what_has_no_triangles_says_so() {
     assert!(
         mesh(&plane, &cube(2.0), MeshOptions { resolution: Resolution::Error(-1.0), ..with(9) }).is_err()
     );
+}
+
+#[test]
+fn what_few_samples_do_not_resolve_gets_more_vertices() {
+    let blob = |i: u32| {
+        let (t, r, z) = (0.8 * f64::from(i), 0.6 + 0.02 * f64::from(i), 0.11 * f64::from(i) - 0.8);
+        let (x, y) = (r * t.cos(), r * t.sin());
+        format!("-exp(-((x-({x:?}))^2+(y-({y:?}))^2+(z-({z:?}))^2)/0.09)")
+    };
+    let blobs = format!("0.4{}", (0..16).map(blob).collect::<String>());
+    let tanglecube = "x^4-5*x^2+y^4-5*y^2+z^4-5*z^2+11.8";
+    for (formula, half, most, euler, evaluations) in
+        [(tanglecube, 3.0, 4.5e-3, Some(-8), 400_000), (&blobs, 1.6, 2.9e-3, None, 200_000)]
+    {
+        let field = field(formula);
+        let options = MeshOptions { resolution: Resolution::Error(most), ..MeshOptions::default() };
+        let Meshed { mesh: made, report } = mesh(&field, &cube(half), options).unwrap();
+        assert!(report.is_sound() && report.topology.is_closed(), "{:?}", report.warnings);
+        assert_eq!(report.warnings, [""; 0]);
+        assert!(euler.is_none_or(|e| report.topology.euler == [e]), "{:?}", report.topology.euler);
+        // Centres and middles of edges, to first order.
+        let at = |f: &[u32; 3], w: [f64; 3]| {
+            let [p, q, r] = f.map(|v| made.points[v as usize]);
+            [0, 1, 2].map(|a| w[0] * p[a] + w[1] * q[a] + w[2] * r[a])
+        };
+        let weights = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
+        let points: Vec<_> = made.faces.iter().flat_map(|f| weights.map(|w| at(f, w))).collect();
+        let (mut value, mut gradient) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
+        field.value_gradient(&points, &mut value, &mut gradient).unwrap();
+        let off = value.iter().zip(&gradient).map(|(v, g)| v.abs() / norm(*g)).fold(0.0, f64::max);
+        let q = &report.quality;
+        println!(
+            "{off:e} of {most:e}, {} evaluations, Q {}, {}",
+            report.evaluations, q.q_avg, q.smallest_angle
+        );
+        assert!(off <= most * (1.0 + 1e-9) && off > 0.5 * most, "{off} instead of {most}");
+        // Once, not again from four times the samples.
+        assert!(report.evaluations < evaluations, "{}", report.evaluations);
+        assert!(q.q_avg > 0.88 && q.smallest_angle > 24.0, "{q:?}");
+    }
 }
 
 #[test]

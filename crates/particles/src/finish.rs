@@ -152,9 +152,9 @@ pub(crate) fn finish(
     let fine = curvatures.par_iter().with_min_len(4096).filter(|k| k[0].abs() * spacing > FINE).count();
     if 100 * fine > curvatures.len() {
         run.warnings.push(format!(
-            "{:.0} % of the samples lie where the surface bends within less than their spacing, and are less even there; \
-             more samples resolve it",
-            100.0 * fine as f64 / curvatures.len() as f64
+            "{:.0} % {}, and are less even there; more samples resolve it",
+            100.0 * fine as f64 / curvatures.len() as f64,
+            Report::UNRESOLVED,
         ));
     }
     run.tell(Phase::Finishing, 1.0, swarm.len());

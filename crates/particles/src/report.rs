@@ -79,6 +79,11 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
+impl Report {
+    /// What the warning of details finer than the spacing says.
+    pub const UNRESOLVED: &str = "of the samples lie where the surface bends within less than their spacing";
+}
+
 /// Points on a surface, in a spatially coherent order. All vectors have the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {

@@ -47,7 +47,7 @@ impl Triangles {
         let format = MeshFormat::from_path(Path::new(&format!("mesh.{format}"))).thrown()?;
         self.0.mesh.check().thrown()?;
         let mut out = Vec::new();
-        format.write(&self.0.mesh, &mut out).map_err(|e| Failure::input(e.to_string()))?;
+        format.write(&self.0.mesh, None, &mut out).map_err(|e| Failure::input(e.to_string()))?;
         Ok(Uint8Array::from(&out[..]))
     }
 }

@@ -5,14 +5,10 @@ use std::io::{self, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use crate::PointCloud;
+use crate::{Mesh, PointCloud};
 
 /// The cloud, and what belongs to a mesh over it where there is one.
-pub(super) fn write(
-    cloud: &PointCloud<'_>,
-    mesh: Option<(&[[u32; 3]], &[u64])>,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+pub(super) fn write(cloud: &PointCloud<'_>, mesh: Option<&Mesh>, out: &mut dyn Write) -> io::Result<()> {
     let mut archive = Archive(ZipWriter::new_stream(out));
     archive.floats("points", Some(cloud.points.as_flattened()), Some(3))?;
     archive.floats("normals", cloud.normals.map(<[_]>::as_flattened), Some(3))?;
@@ -20,12 +16,14 @@ pub(super) fn write(
     archive.floats("areas", cloud.areas, None)?;
     archive.floats("curvatures", cloud.curvatures.map(<[_]>::as_flattened), Some(2))?;
     archive.floats("colors", cloud.colors.map(<[_]>::as_flattened), Some(3))?;
-    if let Some((faces, ids)) = mesh {
+    if let Some(Mesh { faces, ids, corner_normals, .. }) = mesh {
         let faces = faces.as_flattened();
         archive.array("faces", "<i8", faces, Some(3), |v| i64::from(v).to_le_bytes())?;
         if !ids.is_empty() {
             archive.array("ids", "<u8", ids, None, u64::to_le_bytes)?;
         }
+        let corners = corner_normals.as_flattened().as_flattened();
+        archive.floats("corner_normals", Some(corners).filter(|c| !c.is_empty()), Some(3))?;
     }
     archive.0.finish()?.flush()
 }

@@ -5,24 +5,27 @@ use std::io::{self, Write};
 use super::Columns;
 use crate::PointCloud;
 
-/// The cloud, and triangles over it where there are any.
+/// The cloud, and triangles over its points and over its normals, of which there may be more, where there are any.
 pub(super) fn write_obj(
     cloud: &PointCloud<'_>,
-    faces: Option<&[[u32; 3]]>,
+    faces: Option<(&[[u32; 3]], &[[u32; 3]])>,
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let what = if faces.is_some() { "a mesh of" } else { "points on" };
-    writeln!(out, "# isoswarm: {what} an implicit surface, one vn for each v in the same order")?;
+    let more = cloud.normals.is_some_and(|n| n.len() > cloud.points.len());
+    let more = if more { ", then those of further sides" } else { "" };
+    writeln!(out, "# isoswarm: {what} an implicit surface, one vn for each v in the same order{more}")?;
     for [x, y, z] in cloud.points {
         writeln!(out, "v {x:?} {y:?} {z:?}")?;
     }
     for [x, y, z] in cloud.normals.unwrap_or_default() {
         writeln!(out, "vn {x:?} {y:?} {z:?}")?;
     }
-    for face in faces.unwrap_or_default() {
-        let [a, b, c] = face.map(|v| v + 1);
+    let (faces, normals) = faces.unwrap_or_default();
+    for (face, normals) in faces.iter().zip(normals) {
+        let ([a, b, c], [k, l, m]) = (face.map(|v| v + 1), normals.map(|v| v + 1));
         if cloud.normals.is_some() {
-            writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}")?;
+            writeln!(out, "f {a}//{k} {b}//{l} {c}//{m}")?;
         } else {
             writeln!(out, "f {a} {b} {c}")?;
         }

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use isoswarm_field::vector::V3;
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles as particles;
+use isoswarm_particles::creases::Creases;
 use isoswarm_particles::{Density, Progress, ProgressFn, Samples};
 
 use super::connect::{NONE, Triangles};
@@ -148,11 +149,12 @@ pub fn mesh_samples(
         let vertices = Vertices::of(samples, bounds);
         let report = MeshReport { evaluations: samples.report.evaluations, ..MeshReport::default() };
         let faces = circumsphere::triangles(&vertices.points, &vertices.normals, &vertices.reach());
-        return Ok(finish(surface, samples, options.intersections, false, vertices, faces, report)?);
+        return Ok(finish(surface, samples, options.intersections, false, None, vertices, faces, report)?);
     }
     let Draft { mut triangles, mut vertices, mut held, mut report } =
         Draft::stitch(surface, bounds, samples)?;
-    let segments = Segments::of(samples.creases.as_ref());
+    let mut creases = samples.creases.clone();
+    let mut segments = Segments::of(creases.as_ref());
     (0..vertices.len()).for_each(|v| held[v] |= vertices.on_crease(v));
     let (flips, missing) = segments.insert(&mut triangles, &vertices);
     report.flips += flips;
@@ -164,6 +166,10 @@ pub fn mesh_samples(
         report.not_on_creases(&vertices, &missing);
     }
     if let Resolution::Error(most) = options.resolution {
+        if let Some(c) = &mut creases {
+            let (t, v) = (&mut triangles, &mut vertices);
+            segments = crease::refine(surface, bounds, c, most, t, v, &mut held, &mut report)?;
+        }
         error::refine(surface, most, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
     }
     for v in open_places(&vertices, &triangles, &[]) {
@@ -173,9 +179,10 @@ pub fn mesh_samples(
         }
     }
     report.creases = segments.edges(&vertices);
-    report.corners = crease::corners(samples.creases.as_ref(), &vertices);
+    report.corners = crease::corners(creases.as_ref(), &vertices);
     let moved = options.smoothing > 0;
-    Ok(finish(surface, samples, options.intersections, moved, vertices, triangles.faces, report)?)
+    let creases = creases.as_ref();
+    Ok(finish(surface, samples, options.intersections, moved, creases, vertices, triangles.faces, report)?)
 }
 
 /// A mesh under construction.
@@ -271,6 +278,7 @@ pub(super) fn finish(
     samples: &Samples,
     intersections: bool,
     moved: bool,
+    creases: Option<&Creases>,
     mut vertices: Vertices,
     faces: Vec<[u32; 3]>,
     mut report: MeshReport,
@@ -287,7 +295,11 @@ pub(super) fn finish(
     }
     let ids = (0..points.len() as u64).collect();
     let curvatures = particles::principal_curvatures(surface, points);
-    let mesh = Mesh { points: vertices.points, normals: vertices.normals, curvatures, ids, faces };
+    let Vertices { points, normals, crease, .. } = vertices;
+    let mut mesh = Mesh { points, normals, curvatures, ids, faces, ..Mesh::default() };
+    if let Some(creases) = creases {
+        mesh.corner_normals = crease::corner_normals(creases, &crease, &mesh);
+    }
     report.describe(surface, &mesh, samples, intersections)?;
     Ok(Meshed { mesh, report })
 }

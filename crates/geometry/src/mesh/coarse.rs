@@ -5,17 +5,21 @@
 //! parents' edges. That is right where the coarse mesh resolves the surface; where it does not, or does not show that it does,
 //! more samples are tried, and at last as many as there are to be vertices.
 
-use isoswarm_field::vector::{V3, cross, dot, norm, sub};
+use isoswarm_field::vector::{V3, cross, distance, dot, norm, sub};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles as particles;
-use isoswarm_particles::{Amount, Density, Error, Options, Progress, Samples, Search, Status};
+use isoswarm_particles::{Amount, Density, Error, Options, Progress, Report, Samples, Search, Status};
 use rayon::prelude::*;
 
 use super::build::{Draft, Meshed, Resolution, finish, improve};
+use super::connect::Triangles;
 use super::crease::Segments;
 use super::error;
+use super::report::MeshReport;
 use super::sizes::{CELL, ErrorSizes, TURN as SHARP};
+use super::smooth::smooth;
 use super::subdivide::subdivide;
+use super::vertices::Vertices;
 
 /// Fewest samples, and as many for each component.
 const FEWEST: f64 = 500.0;
@@ -25,6 +29,8 @@ const FEWEST_FOR_ERROR: f64 = 300.0;
 const LEVELS: u32 = 3;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
 const TURN: f64 = 1.25;
+/// The same where a distance is asked for: more vertices come where it is larger.
+const TURN_FOR_ERROR: f64 = 1.6;
 /// The same where sizes see to it, with room for what samples differ.
 const RESOLVED: f64 = 0.85;
 /// The same beyond which few samples are not even tried.
@@ -36,7 +42,12 @@ const STEPS: usize = 24;
 const SETTLING: usize = 4;
 /// Cosine between a coarse triangle and the normals at its corners, at least.
 const LEVEL: f64 = 0.6;
-/// The same for the triangles of the result.
+/// Rounds in which vertices come where a coarse mesh does not keep to it, if a distance is asked for, and rounds of smoothing in each.
+const BENT: usize = 8;
+const ROUNDS_WHERE_BENT: usize = 2;
+/// Where it is more than one triangle in so many, the mesh does not resolve the surface.
+const FEW_BENT: usize = 25;
+/// The same cosine for the triangles of the result.
 const FLAT: f64 = 0.85;
 /// Rounds of smoothing after each subdivision.
 const ROUNDS: usize = 6;
@@ -111,7 +122,7 @@ pub(super) fn mesh(
             return Ok(None);
         }
         let before = samples.report.evaluations;
-        if most <= TURN
+        if most <= if sizes.is_some() { TURN_FOR_ERROR } else { TURN }
             && let Some(mut made) = refine(surface, bounds, samples, level as u32, wish)?
         {
             made.report.evaluations += evaluations;
@@ -212,13 +223,17 @@ fn refine(
     }
     let segments = Segments::default();
     improve(surface, wish.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
-    if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, LEVEL) {
-        return Ok(None);
-    }
     let error = match wish.resolution {
         Resolution::Error(e) => Some(e),
         _ => None,
     };
+    if error.is_some() {
+        if !level_out(surface, &mut triangles, &mut vertices, &mut held, &mut report)? {
+            return Ok(None);
+        }
+    } else if !faces_outwards(&triangles.faces, &vertices.points, &vertices.normals, LEVEL) {
+        return Ok(None);
+    }
     let rounds = if error.is_some() { ROUNDS_FOR_ERROR } else { ROUNDS };
     for _ in 0..level {
         let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { return Ok(None) };
@@ -233,9 +248,10 @@ fn refine(
         return Ok(None);
     }
     let spacing = vertices.spacing.clone();
-    // How even the few samples were is of no concern any more.
+    // How even the few samples were is of no concern any more, nor what they did not resolve.
     samples.report.status = Status::Converged;
-    let out = finish(surface, &samples, wish.intersections, true, vertices, triangles.faces, report)?;
+    samples.report.warnings.retain(|w| !w.contains(Report::UNRESOLVED));
+    let out = finish(surface, &samples, wish.intersections, true, None, vertices, triangles.faces, report)?;
     // Finer features, which the few samples have not seen: as many samples as vertices see more of them.
     let bends = |(k, s): (&[f64; 2], &f64)| k[0].abs() * s > SHARP;
     let seen = error.is_some() || !out.mesh.curvatures.iter().zip(&spacing).any(bends);
@@ -243,12 +259,50 @@ fn refine(
     Ok((seen && whole).then_some(out))
 }
 
+/// Puts vertices on the longest edges of triangles that do not lie along the surface at their corners: where it bends more than the
+/// samples resolve. Whether these were few; what is left of them has to pass as triangles of the result.
+fn level_out(
+    surface: &dyn Surface,
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+    report: &mut MeshReport,
+) -> Result<bool, FieldError> {
+    for _ in 0..BENT {
+        let bent = |f: &usize| !is_level(&triangles.faces[*f], &vertices.points, &vertices.normals, LEVEL);
+        let longest = |f: usize| {
+            let v = triangles.faces[f];
+            let side =
+                |k: usize| distance(vertices.points[v[k] as usize], vertices.points[v[(k + 1) % 3] as usize]);
+            let k = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
+            (f as u32, k as u8)
+        };
+        let edges: Vec<(u32, u8)> = (0..triangles.faces.len()).filter(bent).map(longest).collect();
+        if edges.is_empty() {
+            break;
+        }
+        if FEW_BENT * edges.len() > triangles.faces.len() {
+            return Ok(false);
+        }
+        error::split(surface, triangles, vertices, held, report, edges)?;
+        report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+        for _ in 0..ROUNDS_WHERE_BENT {
+            smooth(surface, triangles, vertices, held)?;
+            report.evaluations += vertices.len() as u64;
+            report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+        }
+    }
+    Ok(true)
+}
+
 /// Whether every triangle lies along the surface at its corners: the cosine between them is above `least`.
 fn faces_outwards(faces: &[[u32; 3]], points: &[V3], normals: &[V3], least: f64) -> bool {
-    faces.par_iter().with_min_len(2048).all(|f| {
-        let [a, b, c] = f.map(|v| points[v as usize]);
-        let front = cross(sub(b, a), sub(c, a));
-        let length = norm(front);
-        f.iter().all(|&v| dot(front, normals[v as usize]) > least * length)
-    })
+    faces.par_iter().with_min_len(2048).all(|f| is_level(f, points, normals, least))
+}
+
+fn is_level(f: &[u32; 3], points: &[V3], normals: &[V3], least: f64) -> bool {
+    let [a, b, c] = f.map(|v| points[v as usize]);
+    let front = cross(sub(b, a), sub(c, a));
+    let length = norm(front);
+    f.iter().all(|&v| dot(front, normals[v as usize]) > least * length)
 }

@@ -103,6 +103,37 @@ impl Triangles {
         None
     }
 
+    /// The faces around a vertex, of which `face_of` knows one, at a boundary those that are joined to it.
+    pub(super) fn around(&self, face_of: &[u32], v: u32) -> Vec<usize> {
+        let first = face_of[v as usize];
+        let mut out = Vec::new();
+        for back in [false, true] {
+            let mut f = first;
+            while f != NONE && out.len() < 256 {
+                if !(back && f == first) {
+                    out.push(f as usize);
+                }
+                let Some(k) = self.corner(f as usize, v) else { break };
+                f = self.across[f as usize][if back { k } else { (k + 2) % 3 }];
+                if f == first {
+                    return out;
+                }
+            }
+        }
+        out
+    }
+
+    /// The edge between two vertices: a face, and the corner at which it begins there.
+    pub(super) fn edge(&self, face_of: &[u32], a: u32, b: u32) -> Option<(usize, usize)> {
+        self.around(face_of, a).into_iter().find_map(|f| {
+            let k = (0..3).find(|&k| {
+                let (p, q) = (self.faces[f][k], self.faces[f][(k + 1) % 3]);
+                (p, q) == (a, b) || (p, q) == (b, a)
+            })?;
+            Some((f, k))
+        })
+    }
+
     /// Vertices of 0 to n - 1 whose faces form more than one fan.
     pub(super) fn pinched(&self, n: usize) -> Vec<u32> {
         let (mut face_of, mut count) = (vec![NONE; n], vec![0u32; n]);

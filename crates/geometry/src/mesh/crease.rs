@@ -3,10 +3,14 @@
 use std::collections::HashMap;
 
 use isoswarm_field::arrange::Arrange;
-use isoswarm_field::vector::{V3, cross, dot, sub};
+use isoswarm_field::vector::{V3, cross, distance, dot, sub, unit};
+use isoswarm_field::{Aabb, Surface};
+use isoswarm_particles as particles;
 use isoswarm_particles::creases::Creases;
 
+use super::Mesh;
 use super::connect::{NONE, Triangles};
+use super::report::MeshReport;
 use super::vertices::Vertices;
 
 /// Most flips for one segment.
@@ -50,14 +54,79 @@ impl Segments {
         if self.pairs.is_empty() {
             return (0, Vec::new());
         }
-        let mut face_of = vec![NONE; vertices.len()];
-        for (f, corners) in triangles.faces.iter().enumerate() {
-            corners.iter().for_each(|&v| face_of[v as usize] = f as u32);
-        }
+        let face_of = face_of(triangles, vertices.len());
         let mut work = Work { segments: self, triangles, vertices, face_of, flips: 0 };
         let missing = self.edges(vertices).into_iter().filter(|&[a, b]| !work.join(a, b)).collect();
         (work.flips, missing)
     }
+}
+
+/// Puts vertices on the edges that are creases until no middle of one is farther than `most` from its crease; gives the segments that
+/// there are then.
+pub(super) fn refine(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    creases: &mut Creases,
+    most: f64,
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+    report: &mut MeshReport,
+) -> Result<Segments, particles::Error> {
+    let done = particles::creases::refine(surface, bounds, creases, most)?;
+    report.evaluations += done.evaluations;
+    let segments = Segments::of(Some(creases));
+    let normals = creases.mean_normals();
+    let (mut place, mut face_of) = (places(vertices), face_of(triangles, vertices.len()));
+    for [a, b, new] in done.splits {
+        let (Some(&a), Some(&b)) = (place.get(&a), place.get(&b)) else { continue };
+        let Some((f, k)) = triangles.edge(&face_of, a, b) else { continue };
+        let u = vertices.len() as u32;
+        let spacing = 0.5 * distance(vertices.points[a as usize], vertices.points[b as usize]);
+        vertices.push(creases.points[new as usize], normals[new as usize], spacing, 0);
+        vertices.crease[u as usize] = new;
+        held.push(true);
+        place.insert(new, u);
+        let fresh = triangles.faces.len();
+        let other = triangles.across[f][k];
+        triangles.split(f, k, u);
+        face_of.push(NONE);
+        let changed = [f as u32, other].into_iter().filter(|g| *g != NONE);
+        for g in changed.chain(fresh as u32..triangles.faces.len() as u32) {
+            triangles.faces[g as usize].iter().for_each(|&v| face_of[v as usize] = g);
+        }
+        report.inserted += 1;
+    }
+    report.flips += triangles.delaunay(&vertices.points, |a, b| segments.joins(vertices, a, b));
+    Ok(segments)
+}
+
+/// A face of each vertex, where it has any.
+fn face_of(triangles: &Triangles, vertices: usize) -> Vec<u32> {
+    let mut out = vec![NONE; vertices];
+    for (f, corners) in triangles.faces.iter().enumerate() {
+        corners.iter().for_each(|&v| out[v as usize] = f as u32);
+    }
+    out
+}
+
+/// Normals at the corners of a mesh's triangles: at points of creases that of the side along which the triangle lies. `crease`: as in
+/// [`Vertices::crease`].
+pub(super) fn corner_normals(creases: &Creases, crease: &[u32], mesh: &Mesh) -> Vec<[V3; 3]> {
+    let sides = creases.side_normals();
+    let one = |f: usize| {
+        let front = unit(mesh.face_vector(f));
+        mesh.faces[f].map(|v| match crease[v as usize] {
+            NONE => mesh.normals[v as usize],
+            c => {
+                let nearest =
+                    sides[c as usize].iter().max_by(|a, b| dot(**a, front).total_cmp(&dot(**b, front)));
+                // A tip has a normal in every direction.
+                nearest.copied().unwrap_or(front)
+            }
+        })
+    };
+    (0..mesh.faces.len()).map(one).collect()
 }
 
 /// The vertices that are corners of creases.
@@ -86,7 +155,7 @@ impl Work<'_> {
         let (mut a, mut b) = (a, b);
         let mut stuck = 0;
         for _ in 0..FLIPS {
-            let fan = self.around(a);
+            let fan = self.triangles.around(&self.face_of, a);
             if fan.iter().any(|&f| self.triangles.corner(f, b).is_some()) {
                 return true;
             }
@@ -139,26 +208,6 @@ impl Work<'_> {
             (f, k) = (g, if d_is_left { (l + 1) % 3 } else { (l + 2) % 3 });
         }
         false
-    }
-
-    /// The faces around a vertex, at a boundary those that are joined to the one that is known.
-    fn around(&self, v: u32) -> Vec<usize> {
-        let first = self.face_of[v as usize];
-        let mut out = Vec::new();
-        for back in [false, true] {
-            let mut f = first;
-            while f != NONE && out.len() < 256 {
-                if !(back && f == first) {
-                    out.push(f as usize);
-                }
-                let Some(k) = self.triangles.corner(f as usize, v) else { break };
-                f = self.triangles.across[f as usize][if back { k } else { (k + 2) % 3 }];
-                if f == first {
-                    return out;
-                }
-            }
-        }
-        out
     }
 }
 

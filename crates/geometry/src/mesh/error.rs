@@ -85,7 +85,7 @@ pub(super) fn refine(
     chords(surface, most, segments, vertices, report)
 }
 
-/// Tells of edges on creases, which are not split, that cut a bend by more than `most`.
+/// Tells of edges on creases that cut a bend by more than `most`: those where the crease could not be followed.
 fn chords(
     surface: &dyn Surface,
     most: f64,
@@ -106,8 +106,8 @@ fn chords(
     let long: Vec<V3> = middles.into_iter().zip(off).filter(|(_, d)| *d > most).map(|(p, _)| p).collect();
     if !long.is_empty() {
         report.warnings.push(format!(
-            "{} edges on the surface's creases cut bends by more than {most:e}: their points are spread by the number of samples, ask for a finer \
-             mesh; see the doubtful places",
+            "{} edges on the surface's creases cut bends by more than {most:e}, where their creases could not be followed; see the doubtful \
+             places",
             long.len()
         ));
         report.doubtful.extend(long.into_iter().take(MeshReport::MOST_PLACES));
@@ -163,7 +163,7 @@ fn bad_edges(
 
 /// Puts a vertex in the middle of each edge, where its faces have not been split already. Gives the faces where that was not
 /// so, or where it did not get to the surface.
-fn split(
+pub(super) fn split(
     surface: &dyn Surface,
     triangles: &mut Triangles,
     vertices: &mut Vertices,

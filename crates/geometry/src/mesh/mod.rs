@@ -46,6 +46,9 @@ pub use quality::{FaceQuality, Quality};
 pub use report::MeshReport;
 pub use topology::{Fault, Topology};
 
+use std::borrow::Cow;
+use std::collections::HashMap;
+
 use isoswarm_field::vector::{V3, cross, dot, norm, scale, sub};
 
 use crate::{GeometryError, PointCloud};
@@ -64,6 +67,9 @@ pub struct Mesh {
     pub ids: Vec<u64>,
     /// Numbers of the vertices of each triangle, (f, 3).
     pub faces: Vec<[u32; 3]>,
+    /// Outward unit normals of the surface at the corners of each triangle, (f, 3, 3), where it has creases: there a vertex has one
+    /// on each side. Empty where all are those of the vertices.
+    pub corner_normals: Vec<[[f64; 3]; 3]>,
 }
 
 impl Mesh {
@@ -89,10 +95,48 @@ impl Mesh {
         if !self.ids.is_empty() && self.ids.len() != n {
             return Err(GeometryError::ColumnLength { column: "ids", expected: n, given: self.ids.len() });
         }
+        let f = self.faces.len();
+        if !self.corner_normals.is_empty() && self.corner_normals.len() != f {
+            let given = self.corner_normals.len();
+            return Err(GeometryError::ColumnLength { column: "corner_normals", expected: f, given });
+        }
         match self.faces.iter().position(|f| f.iter().any(|&v| v as usize >= n)) {
             Some(face) => Err(GeometryError::NoSuchVertex { face, given: self.faces[face], vertices: n }),
             None => Ok(()),
         }
+    }
+
+    /// The mesh with a vertex for each normal at the corners of its triangles, for programs that know one normal a vertex: those on
+    /// creases are there once a side, with the same coordinates, curvatures and ids, and no triangle joins the sides.
+    pub fn sharp(&self) -> Cow<'_, Mesh> {
+        if self.corner_normals.is_empty() || self.normals.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut out = Self { corner_normals: Vec::new(), ..self.clone() };
+        // The vertices that there are of each with another normal than its own; the first keeps its number.
+        let mut copies: HashMap<u32, Vec<u32>> = HashMap::new();
+        for (face, normals) in out.faces.iter_mut().zip(&self.corner_normals) {
+            for (v, normal) in face.iter_mut().zip(normals) {
+                let copies = copies.entry(*v).or_default();
+                let known = copies.iter().find(|&&c| out.normals[c as usize] == *normal);
+                let vertex = known.copied().unwrap_or_else(|| {
+                    let i = *v as usize;
+                    if copies.is_empty() {
+                        out.normals[i] = *normal;
+                        copies.push(*v);
+                        return *v;
+                    }
+                    copies.push(out.points.len() as u32);
+                    out.points.push(self.points[i]);
+                    out.normals.push(*normal);
+                    out.curvatures.extend(self.curvatures.get(i));
+                    out.ids.extend(self.ids.get(i));
+                    out.points.len() as u32 - 1
+                });
+                *v = vertex;
+            }
+        }
+        Cow::Owned(out)
     }
 
     /// The corners of triangle `f`.

@@ -4,18 +4,19 @@
 //! of its operands. Boxes that may hold such points are found by interval subdivision, points in them by Newton's
 //! method, and from these the curves are followed to their ends.
 
+mod finer;
 mod network;
 mod sides;
 mod solve;
 mod spread;
 mod trace;
 
-use isoswarm_field::switches::Desk;
+use isoswarm_field::switches::{Desk, Switches};
 use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
-use crate::constraint::Walls;
 use crate::vector::{V3, dot};
+pub use finer::{Finer, refine};
 use network::{Line, Network};
 use solve::Solver;
 pub use trace::End;
@@ -37,9 +38,12 @@ pub struct CreaseOptions {
 impl CreaseOptions {
     /// The defaults for a spacing.
     pub fn new(spacing: f64) -> Self {
-        Self { spacing, angle: 0.02, boxes: 60_000 }
+        Self { spacing, angle: ANGLE, boxes: 60_000 }
     }
 }
+
+/// Least angle between the normals of the two sides, unless another is asked for (radians).
+const ANGLE: f64 = 0.02;
 
 /// An edge: a crease from end to end, or a closed one.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +59,8 @@ pub struct Edge {
     pub ends: [End; 2],
     /// Arc length (model units).
     pub length: f64,
+    /// The switch that it is the crease of.
+    switch: u32,
 }
 
 impl Edge {
@@ -82,15 +88,20 @@ pub struct Creases {
 }
 
 impl Creases {
-    /// For each point the unit vector whose largest angle to the normals of the sides that meet there is smallest; zero at tips.
-    pub fn mean_normals(&self) -> Vec<V3> {
+    /// For each point the outward unit normals of the sides that meet there, some more than once; none at tips.
+    pub fn side_normals(&self) -> Vec<Vec<V3>> {
         let mut sides: Vec<Vec<V3>> = vec![Vec::new(); self.points.len()];
         for edge in &self.edges {
             for (&p, pair) in edge.points.iter().zip(&edge.normals) {
                 sides[p as usize].extend_from_slice(pair);
             }
         }
-        sides.iter().map(|normals| middle(normals)).collect()
+        sides
+    }
+
+    /// For each point the unit vector whose largest angle to the normals of the sides that meet there is smallest; zero at tips.
+    pub fn mean_normals(&self) -> Vec<V3> {
+        self.side_normals().iter().map(|normals| middle(normals)).collect()
     }
 
     /// Length of all edges (model units).
@@ -165,27 +176,45 @@ pub fn find(
     if switches.is_empty() {
         return Ok(Creases { certified: true, ..Creases::default() });
     }
-    let walls = Walls::new(bounds, 3);
-    let longest = (0..3).map(|a| bounds.hi[a] - bounds.lo[a]).fold(0.0, f64::max);
+    let longest = longest(bounds);
     let (boxes, side) = switches.boxes(bounds, options.spacing.min(COARSEST * longest), options.boxes);
-    let scale = (0..3).map(|a| walls.lo[a].abs().max(walls.hi[a].abs())).fold(longest, f64::max);
-    let mut tracer = Tracer {
-        solver: Solver::new(&switches, scale),
-        surface,
-        bounds: *bounds,
-        step: STEP * options.spacing.min(side),
-        radius: RADIUS * scale,
-        least: options.angle,
-        evaluations: 0,
-        desk: Desk::default(),
-        near: None,
-    };
+    let step = STEP * options.spacing.min(side);
+    let mut tracer = Tracer::new(surface, &switches, bounds, step, options.angle);
     let tips = network::tips(&mut tracer, &boxes)?;
     let Some(mut network) = network::find(&mut tracer, &boxes, go_on)? else {
         return Ok(Creases::default());
     };
     network.drop_around(&tips, tracer.step);
     collect(&mut tracer, &network, &tips, options.spacing)
+}
+
+fn longest(bounds: &Aabb) -> f64 {
+    (0..3).map(|a| bounds.hi[a] - bounds.lo[a]).fold(0.0, f64::max)
+}
+
+impl<'a> Tracer<'a> {
+    /// For steps of `step` and creases of at least an angle.
+    fn new(
+        surface: &'a dyn Surface,
+        switches: &'a Switches<'a>,
+        bounds: &Aabb,
+        step: f64,
+        least: f64,
+    ) -> Self {
+        let size = |a: usize| bounds.lo[a].abs().max(bounds.hi[a].abs());
+        let scale = (0..3).map(size).fold(longest(bounds), f64::max);
+        Self {
+            solver: Solver::new(switches, scale),
+            surface,
+            bounds: *bounds,
+            step,
+            radius: RADIUS * scale,
+            least,
+            evaluations: 0,
+            desk: Desk::default(),
+            near: None,
+        }
+    }
 }
 
 /// Points on the lines of a network at the spacing.
@@ -211,6 +240,7 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
             closed: line.ends.is_none(),
             ends: line.ends.unwrap_or([End::Lost; 2]),
             length,
+            switch: line.switch,
         };
         let parts = line.parts(count);
         let last = parts.len() - 1;
