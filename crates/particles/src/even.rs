@@ -46,6 +46,7 @@ const MIDDLE_STEPS_OF_FEW: usize = 24;
 const MIDDLE_STEPS: usize = 12;
 const FIRST_STEPS: usize = 6;
 const SETTLING_STEPS: usize = 60;
+const POLISHING_STEPS_OF_FEW: usize = 8;
 const POLISHING_STEPS: usize = 6;
 /// Fewest steps of settling.
 const LEAST_STEPS: usize = 4;
@@ -87,6 +88,7 @@ const NEAREST: f64 = 1.03;
 /// Root mean square displacement of a step in σ at which a swarm counts as settled: further steps change its evenness
 /// little.
 const SETTLED: f64 = 0.06;
+const SETTLED_OF_FEW: f64 = 0.05;
 /// The same where a spacing is asked for, which is measured to a hundredth.
 const SETTLED_TO_MEASURE: f64 = 0.03;
 /// What the surface on which floaters move may be off, in square roots of the mean cell.
@@ -443,7 +445,8 @@ impl Work<'_, '_, '_> {
 
     fn polish(&mut self) -> Result<bool, Error> {
         self.enter(POLISHING);
-        for _ in 0..POLISHING_STEPS {
+        let few = self.relaxation.swarm.len() < FEW;
+        for _ in 0..if few { POLISHING_STEPS_OF_FEW } else { POLISHING_STEPS } {
             if !self.step(0.9)?.1 {
                 return Ok(false);
             }
@@ -453,7 +456,11 @@ impl Work<'_, '_, '_> {
 
     fn settle(&mut self, most: Option<usize>) -> Result<bool, Error> {
         self.enter(SETTLING);
-        let settled = if self.spacing.is_some() { SETTLED_TO_MEASURE } else { SETTLED };
+        let settled = match self.spacing {
+            Some(_) => SETTLED_TO_MEASURE,
+            None if self.relaxation.swarm.len() < FEW => SETTLED_OF_FEW,
+            None => SETTLED,
+        };
         let steps = most.unwrap_or(if self.unresolved { FRONT_SETTLING_STEPS } else { SETTLING_STEPS });
         let mut before = [f64::INFINITY; 2];
         for k in 0..steps {
