@@ -451,7 +451,7 @@ impl Scene {
     /// `distance`: what remained when it was let go, if it was.
     fn drag_report(&self, hold: &Hold, ending: Ending, distance: Option<f64>) -> Result<DragReport, Error> {
         let distance = distance.unwrap_or_else(|| hold.remaining(&self.now.state.pins));
-        let residual = self.residuals()?.into_values().fold(0.0, f64::max);
+        let residual = self.residuals()?.into_iter().fold(0.0, f64::max);
         let paths = self.field().parameters().iter().filter(|p| p.is_free()).map(|p| p.path.clone());
         let paths: Vec<String> = paths.collect();
         Ok(DragReport {
