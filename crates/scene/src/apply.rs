@@ -126,6 +126,10 @@ impl Scene {
                 self.edit("this replacement", |m| m.with_node(&or_root(m, &path), &part))
             }
             Command::Remove { path } => self.edit("removing this part", |m| m.without_node(&path)),
+            Command::Hide { path, hidden } => self
+                .edit(if hidden { "hiding this part" } else { "showing this part" }, |m| {
+                    m.with_hidden(&path, hidden)
+                }),
             Command::Wrap { path, kind, parameters, name } => self.edit("this operator", |m| {
                 m.with_wrapped(&or_root(m, &path), |inner| wrap(inner, &kind, &parameters, name.as_deref()))
             }),

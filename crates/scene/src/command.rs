@@ -256,6 +256,14 @@ pub enum Command {
         /// The node.
         path: String,
     },
+    /// Leaves a part out of the operator above it, or takes it in again; its parameters stay.
+    Hide {
+        /// The node.
+        path: String,
+        /// Whether to leave it out.
+        #[serde(default = "yes")]
+        hidden: bool,
+    },
     /// Puts a part inside an operator.
     Wrap {
         /// The node; empty: the whole.

@@ -64,6 +64,7 @@ fn node_states(nodes: &[NodeInfo], params: &[ParamInfo]) -> Vec<Value> {
             "name": m.name(),
             "category": m.kind().category,
             "level": n.level,
+            "hidden": n.hidden,
             "operands": n.operands,
             "parent": parent.map_or(-1, |p| p as i64),
             "place": place,
