@@ -91,6 +91,21 @@ class EditableScene(SceneView):
         """Take a part out."""
         self._do("remove", path=path)
 
+    def hide(self, path: str, hidden: bool = True) -> None:
+        """Leave a part out of the operator above it, or take it in again (``hidden=False``).
+
+        The model is as if the part had been removed; its parameters stay, and come back with it.
+
+        >>> import isoswarm as iso
+        >>> scene = iso.Scene("sphere(r=1) | translate(sphere(r=0.5), x=1)", n=200)
+        >>> scene.hide("translate")
+        >>> scene.parameters["translate/x"].value
+        1.0
+        >>> scene.hide("translate", hidden=False)
+
+        """
+        self._do("hide", path=path, hidden=hidden)
+
     def wrap(self, path: str, kind: str, *, name: str | None = None, **parameters: SupportsFloat) -> None:
         """Put a part inside an operator on one operand, such as ``"twist"`` or ``"translate"``.
 

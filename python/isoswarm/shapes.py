@@ -20,6 +20,7 @@ __all__ = [
     "difference",
     "ellipsoid",
     "gyroid",
+    "hidden",
     "intersection",
     "iwp",
     "lidinoid",
@@ -554,6 +555,25 @@ def shell(f: Operand, thickness: Operand = 0.1) -> Field:
     Field
     """
     return node("shell", f, thickness=thickness)
+
+
+def hidden(f: Operand) -> Field:
+    """A part that is left out for now: the operator above is as if it had been removed, and its parameters stay.
+
+    A model of which everything is hidden has no surface.
+
+    F = f, where it stands for a part of its own
+
+    Parameters
+    ----------
+    f : Field or float
+        Operand.
+
+    Returns
+    -------
+    Field
+    """
+    return node("hidden", f)
 
 
 def smooth_union(*operands: Operand, k: Operand = 0.1) -> Field:

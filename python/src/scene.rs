@@ -184,7 +184,7 @@ impl Scene {
     fn pins<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         let scene = self.lock()?;
         let off = scene.residuals().map_err(errors::scene)?;
-        scene.pins().iter().map(|p| pin(py, p, off.get(&p.id).copied())).collect()
+        scene.pins().iter().zip(off).map(|(p, off)| pin(py, p, off)).collect()
     }
 
     /// Numbers of the pins, by name where they have one.
@@ -286,7 +286,7 @@ fn marks<'py>(
 }
 
 /// A pin as Python's `Pin` reads it.
-fn pin<'py>(py: Python<'py>, p: &core::ScenePin, distance: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
+fn pin<'py>(py: Python<'py>, p: &core::ScenePin, distance: f64) -> PyResult<Bound<'py, PyDict>> {
     let d = PyDict::new(py);
     d.set_item("id", p.id)?;
     d.set_item("name", p.name.as_deref())?;

@@ -22,7 +22,7 @@ def test_the_generated_files_are_current(root: Path) -> None:
         assert path.read_text(encoding="utf-8") == content, f"run scripts/generate_shapes.py: {path} is not current"
 
 
-@pytest.mark.parametrize("name", iso.shapes.__all__)
+@pytest.mark.parametrize("name", [name for name in iso.shapes.__all__ if name != "hidden"])
 def test_every_function_makes_a_field_that_evaluates(name: str, rng: np.random.Generator) -> None:
     function = getattr(iso.shapes, name)
     operands = []
@@ -42,6 +42,14 @@ def test_every_function_makes_a_field_that_evaluates(name: str, rng: np.random.G
     # At a crease the two differ: nearly no random point is within 1e-6 of one.
     assert wrong.sum() <= 1
     assert "Returns" in (function.__doc__ or "")
+
+
+def test_hidden_parts_are_left_out(rng: np.random.Generator) -> None:
+    X = rng.uniform(-2, 2, (100, 3))
+    ball, ring = iso.sphere(0.9), iso.torus(1.0, 0.3)
+    assert np.array_equal((ball | iso.shapes.hidden(ring)).value(X), ball.value(X))
+    with pytest.raises(ValueError, match="every part of the model is hidden"):
+        iso.shapes.hidden(ball).value(X)
 
 
 def test_a_name_misspelt_in_a_call_is_python_s_own_error() -> None:

@@ -76,7 +76,7 @@ fn figure_2_three_cylinders_become_a_shape() {
     }
     assert_eq!(drags, 4);
     let size = diameter(&scene);
-    assert!(scene.residuals().unwrap().values().all(|d| *d < 1e-6 * size), "{:?}", scene.residuals());
+    assert!(scene.residuals().unwrap().iter().all(|d| *d < 1e-6 * size), "{:?}", scene.residuals());
     assert!(off_surface(&scene) < 1e-3 * size);
     assert_eq!(value(&scene, "blobby_cylinders/bias").to_bits(), 0.5f64.to_bits());
     let f = scene.frame().floaters;

@@ -33,7 +33,7 @@ pub mod vm;
 
 /// Where code is downloaded before it runs, one copy of a loop serves all that it could be compiled for apart. Results have the
 /// same bits.
-const SMALL: bool = cfg!(target_arch = "wasm32");
+pub const SMALL: bool = cfg!(target_arch = "wasm32");
 
 pub use dual::Dual;
 pub use error::FieldError;

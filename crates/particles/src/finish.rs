@@ -14,7 +14,7 @@ use crate::options::Phase;
 use crate::population::{Census, census, faces};
 use crate::report::{Evenness, Report, Samples, Status};
 use crate::run::Run;
-use crate::seeding::{Seeds, divide};
+use crate::seeding::{Seeds, divide, in_order};
 use crate::swarm::{FREE, Swarm};
 use crate::vector::{self, add, distance};
 
@@ -63,7 +63,28 @@ impl Samples {
     }
 }
 
-/// Projects the swarm to |F|/|∇F| ≤ 1e-13 of the diameter where that can be had, and measures it.
+/// Projects the swarm to |F|/|∇F| ≤ 1e-13 of the diameter where that can be had; what each floater is off then.
+pub(crate) fn project_exactly(
+    run: &mut Run<'_>,
+    surface: &dyn Surface,
+    seeds: &Seeds<'_>,
+    swarm: &mut Swarm,
+    unit: f64,
+) -> Result<Vec<f64>, Error> {
+    swarm.velocity = Vec::new();
+    let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
+    let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
+    let Swarm { points, normals, .. } = swarm;
+    let sketch = surface.sketch(NEARLY * unit);
+    if let Some(sketch) = sketch.as_deref() {
+        // The first of the way where a look costs less.
+        let near = Target { tolerance: NEARLY * unit, rounds: 4, ..target };
+        project(sketch, &mut run.evaluations, &seeds.given, points, normals, near)?;
+    }
+    Ok(project(surface, &mut run.evaluations, &seeds.given, points, normals, target)?)
+}
+
+/// Projects the swarm exactly, and measures it.
 pub(crate) fn finish(
     run: &mut Run<'_>,
     surface: &dyn Surface,
@@ -75,18 +96,7 @@ pub(crate) fn finish(
 ) -> Result<Samples, Error> {
     run.tell(Phase::Finishing, 0.9, swarm.len());
     let walls = seeds.walls;
-    swarm.velocity = Vec::new();
-    let diameter = Aabb::around(&swarm.points).map_or(0.0, |b| b.diagonal()).max(unit);
-    let target = Target { tolerance: 1e-14 * diameter, longest: 0.5 * unit, least: seeds.least, rounds: 64 };
-    let Swarm { points, normals, .. } = &mut swarm;
-    let sketch = surface.sketch(NEARLY * unit);
-    if let Some(sketch) = sketch.as_deref() {
-        // The first of the way where a look costs less.
-        let near = Target { tolerance: NEARLY * unit, rounds: 4, ..target };
-        project(sketch, &mut run.evaluations, &seeds.given, points, normals, near)?;
-    }
-    let left = project(surface, &mut run.evaluations, &seeds.given, points, normals, target)?;
-    drop(sketch);
+    let left = project_exactly(run, surface, seeds, &mut swarm, unit)?;
     if let Some(creases) = &creases {
         put_creases_first(&mut swarm, creases, unit);
     }
@@ -125,7 +135,7 @@ pub(crate) fn finish(
         let sketch = surface.sketch(WALKED * unit);
         divide(sketch.as_deref().unwrap_or(surface), run, &walls, &swarm, &first.lists, unit)?
     } else {
-        in_order(&swarm.label)
+        in_order(swarm.label.clone())
     };
     if !seeds.certified {
         run.warnings
@@ -229,21 +239,4 @@ fn put_creases_first(swarm: &mut Swarm, creases: &Creases, unit: f64) {
         let sum = (0..swarm.len()).filter(near).fold([0.0; 3], |s, j| add(s, swarm.normals[j]));
         swarm.normals[i] = vector::unit(sum);
     }
-}
-
-/// Labels numbered anew in the order of first appearance, and how many there are.
-fn in_order(label: &[u32]) -> (Vec<u32>, usize) {
-    let mut number = vec![u32::MAX; label.iter().max().map_or(0, |m| *m as usize + 1)];
-    let mut many = 0;
-    let labels = label
-        .iter()
-        .map(|&l| {
-            if number[l as usize] == u32::MAX {
-                number[l as usize] = many;
-                many += 1;
-            }
-            number[l as usize]
-        })
-        .collect();
-    (labels, many as usize)
 }

@@ -47,7 +47,7 @@ pub use options::{
 pub use project::project;
 pub use report::{Evenness, Report, Samples, Status};
 pub use rings::Rings;
-pub use sample::sample;
+pub use sample::{Places, places, sample};
 pub use search::Search;
 pub use swarm::same_sheet;
 pub use tangential::{Change, normal_keeping_velocity, surface_velocity};

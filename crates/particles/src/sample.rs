@@ -6,9 +6,11 @@ use crate::Error;
 use crate::creases::{CreaseOptions, Creases};
 use crate::edges::EdgeFloaters;
 use crate::even::{self, Spread, Wish};
-use crate::finish::finish;
+use crate::finish::{finish, project_exactly};
 use crate::floaters::modes;
-use crate::options::{Amount, FindCreases, Method, Options, Phase};
+use crate::metrics::mean_nearest;
+use crate::options::{Amount, Density, FindCreases, Method, Options, Phase};
+use crate::population::census;
 use crate::random;
 use crate::report::{Samples, Status};
 use crate::run::Run;
@@ -37,13 +39,66 @@ pub fn sample(surface: &dyn Surface, bounds: &Aabb, options: Options<'_>) -> Res
     let mut options = options;
     let mut run = Run::new(options.seed, options.progress.take());
     run.tell(Phase::Seeding, 0.0, 0);
-    let aim = match options.amount {
-        Amount::Count(n) if options.method == Method::Even => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
-        _ => SEEDS,
-    };
+    let aim = if options.method == Method::Even { seeds_for(options.amount) } else { SEEDS };
     match look_for(surface, &mut run, bounds, aim, seeding::BOXES)? {
         Ok(seeds) => sample_from(surface, bounds, &mut run, &seeds, aim, options, None),
         Err(nothing) => Ok(*nothing),
+    }
+}
+
+/// Even points, and nothing of what else is known of samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Places {
+    /// Those of [`sample`] (model units).
+    pub points: Vec<[f64; 3]>,
+    /// Mean distance between a point and its nearest neighbour (model units).
+    pub spacing: f64,
+}
+
+/// The points that [`sample`] gives with these options and no others, for those who measure nothing: evenly placed, at most `most`,
+/// settled in at most `steps` at full resolution. `None` where there is no surface.
+///
+/// # Errors
+/// Those of [`sample`].
+pub fn places(
+    surface: &dyn Surface,
+    bounds: &Aabb,
+    amount: Amount,
+    seed: u64,
+    most: usize,
+    steps: Option<usize>,
+) -> Result<Option<Places>, Error> {
+    check_bounds(surface, bounds)?;
+    check_amount(amount, most)?;
+    let mut run = Run::new(seed, None);
+    let (Some(seeds), _) = seeding::seed(surface, &mut run, bounds, seeds_for(amount), seeding::BOXES)?
+    else {
+        return Ok(None);
+    };
+    let n = population(&seeds, amount, most)?;
+    if n < seeds.components {
+        return Err(Error::TooFew { n, components: seeds.components });
+    }
+    let wish = Wish {
+        amount,
+        n,
+        density: Density::Uniform,
+        edges: None,
+        start: None,
+        most_steps: steps,
+        coarse_steps: None,
+    };
+    let Spread { mut swarm, unit, .. } = even::spread(&mut run, surface, &seeds, wish)?;
+    project_exactly(&mut run, surface, &seeds, &mut swarm, unit)?;
+    let spacing = mean_nearest(&census(&swarm, &seeds.walls, unit));
+    Ok(Some(Places { points: swarm.points, spacing }))
+}
+
+/// Seeds to aim at for even samples.
+fn seeds_for(amount: Amount) -> usize {
+    match amount {
+        Amount::Count(n) => (n / 4).clamp(FEWEST_SEEDS, SEEDS),
+        Amount::Spacing(_) => SEEDS,
     }
 }
 
@@ -222,7 +277,7 @@ fn verify(samples: &mut Samples, amount: Amount) {
     }
 }
 
-pub(crate) fn check(surface: &dyn Surface, bounds: &Aabb, options: &Options<'_>) -> Result<(), Error> {
+fn check_bounds(surface: &dyn Surface, bounds: &Aabb) -> Result<(), Error> {
     let fine = |a: usize| {
         bounds.lo[a].is_finite()
             && bounds.hi[a].is_finite()
@@ -232,18 +287,29 @@ pub(crate) fn check(surface: &dyn Surface, bounds: &Aabb, options: &Options<'_>)
     if !(0..surface.axes()).all(fine) {
         return Err(Error::Bounds { given: format!("{:?} to {:?}", bounds.lo, bounds.hi) });
     }
-    let wrong =
-        |name, expected: &str, given: String| Err(Error::Option { name, expected: expected.into(), given });
-    match options.amount {
-        Amount::Count(0) => return wrong("n", "at least 1", "0".into()),
-        Amount::Count(n) if n > options.most => {
-            return Err(Error::TooMany { estimate: n as f64, bytes: BYTES * n as f64, limit: options.most });
+    Ok(())
+}
+
+fn wrong(name: &'static str, expected: &str, given: String) -> Result<(), Error> {
+    Err(Error::Option { name, expected: expected.into(), given })
+}
+
+fn check_amount(amount: Amount, most: usize) -> Result<(), Error> {
+    match amount {
+        Amount::Count(0) => wrong("n", "at least 1", "0".into()),
+        Amount::Count(n) if n > most => {
+            Err(Error::TooMany { estimate: n as f64, bytes: BYTES * n as f64, limit: most })
         }
         Amount::Spacing(s) if !(s.is_finite() && s > 0.0) => {
-            return wrong("spacing", "a positive, finite length", s.to_string());
+            wrong("spacing", "a positive, finite length", s.to_string())
         }
-        _ => {}
+        _ => Ok(()),
     }
+}
+
+pub(crate) fn check(surface: &dyn Surface, bounds: &Aabb, options: &Options<'_>) -> Result<(), Error> {
+    check_bounds(surface, bounds)?;
+    check_amount(options.amount, options.most)?;
     if let Some(start) = options.start {
         if let Some(p) = start.iter().find(|p| p.iter().any(|v| !v.is_finite())) {
             return wrong("start", "finite points", format!("{p:?}"));

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use isoswarm_field::{Aabb, Surface};
-use isoswarm_particles::{Amount, Density, Error, Method, Options, Samples, Status, Stop, sample};
+use isoswarm_particles::{Amount, Density, Error, Method, Options, Samples, Status, Stop, places, sample};
 use surfaces::*;
 
 fn count<'a>(n: usize) -> Options<'a> {
@@ -359,6 +359,20 @@ fn random_points_are_uniform_and_independent() {
     let few = &s.points[..2000];
     let ratio = mean(&nearest(few)) / (0.5 * cell);
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+}
+
+#[test]
+fn mere_places_are_those_of_the_samples() {
+    let (torus, bounds) = (torus(1.0, 0.4), Aabb::new([-1.6; 3], [1.6; 3]));
+    for amount in [Amount::Count(1500), Amount::Spacing(0.08)] {
+        let given = places(&torus, &bounds, amount, 3, 100_000, None).unwrap().unwrap();
+        let s = sample(&torus, &bounds, Options { amount, seed: 3, ..Options::default() }).unwrap();
+        assert_eq!((given.points, given.spacing), (s.points, s.report.spacing));
+    }
+    let refused = places(&torus, &bounds, Amount::Count(1500), 3, 1000, None);
+    assert!(matches!(refused, Err(Error::TooMany { .. })), "{refused:?}");
+    let elsewhere = Aabb::new([3.0; 3], [4.0; 3]);
+    assert_eq!(places(&torus, &elsewhere, Amount::Count(10), 3, 1000, None), Ok(None));
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn main() {
         scene.step(chunk).unwrap();
     }
     let seconds = start.elapsed().as_secs_f64();
-    let residual = scene.residuals().unwrap().into_values().fold(0.0, f64::max);
+    let residual = scene.residuals().unwrap().into_iter().fold(0.0, f64::max);
     println!(
         "{{\"part\": \"{which}\", \"parameters\": {}, \"pins\": {pins}, \"floaters\": {}, \"steps\": {steps}, \
          \"steps_per_second\": {:.1}, \"largest_pin_distance\": {residual:.2e}}}",

@@ -126,6 +126,10 @@ impl Scene {
                 self.edit("this replacement", |m| m.with_node(&or_root(m, &path), &part))
             }
             Command::Remove { path } => self.edit("removing this part", |m| m.without_node(&path)),
+            Command::Hide { path, hidden } => self
+                .edit(if hidden { "hiding this part" } else { "showing this part" }, |m| {
+                    m.with_hidden(&path, hidden)
+                }),
             Command::Wrap { path, kind, parameters, name } => self.edit("this operator", |m| {
                 m.with_wrapped(&or_root(m, &path), |inner| wrap(inner, &kind, &parameters, name.as_deref()))
             }),
@@ -451,7 +455,7 @@ impl Scene {
     /// `distance`: what remained when it was let go, if it was.
     fn drag_report(&self, hold: &Hold, ending: Ending, distance: Option<f64>) -> Result<DragReport, Error> {
         let distance = distance.unwrap_or_else(|| hold.remaining(&self.now.state.pins));
-        let residual = self.residuals()?.into_values().fold(0.0, f64::max);
+        let residual = self.residuals()?.into_iter().fold(0.0, f64::max);
         let paths = self.field().parameters().iter().filter(|p| p.is_free()).map(|p| p.path.clone());
         let paths: Vec<String> = paths.collect();
         Ok(DragReport {

@@ -86,8 +86,9 @@ impl<'de> Deserialize<'de> for Command {
         let mut fields = serde_json::Map::deserialize(from)?;
         match fields.remove("do") {
             Some(Value::String(name)) => {
-                let apart = Value::Object([(name, Value::Object(fields))].into_iter().collect());
-                Apart::deserialize(apart).map_err(D::Error::custom)
+                let mut apart = serde_json::Map::new();
+                apart.insert(name, Value::Object(fields));
+                Apart::deserialize(Value::Object(apart)).map_err(D::Error::custom)
             }
             Some(other) => {
                 Err(D::Error::custom(format!("expected the name of a command as `do`, given {other}")))
@@ -254,6 +255,14 @@ pub enum Command {
     Remove {
         /// The node.
         path: String,
+    },
+    /// Leaves a part out of the operator above it, or takes it in again; its parameters stay.
+    Hide {
+        /// The node.
+        path: String,
+        /// Whether to leave it out.
+        #[serde(default = "yes")]
+        hidden: bool,
     },
     /// Puts a part inside an operator.
     Wrap {

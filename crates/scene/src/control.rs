@@ -1,7 +1,5 @@
 //! How pins become equations, and a step of the scene.
 
-use std::collections::BTreeMap;
-
 use isoswarm_particles::control::{self, ControlStep, Pin, StepOptions, sensitivity};
 use isoswarm_particles::project;
 
@@ -278,17 +276,11 @@ impl Now {
         Ok(())
     }
 
-    /// Distances between pins and the surface, by their numbers.
-    pub(crate) fn residuals(&self) -> Result<BTreeMap<u64, f64>, Error> {
+    /// Distances between pins and the surface, in the order of the pins.
+    pub(crate) fn residuals(&self) -> Result<Vec<f64>, Error> {
         let points: Vec<V3> = self.state.pins.iter().map(|p| p.pin.at).collect();
         let (mut f, mut g) = (vec![0.0; points.len()], vec![[0.0; 3]; points.len()]);
         isoswarm_field::Surface::value_gradient(&self.state.field, &points, &mut f, &mut g)?;
-        Ok(self
-            .state
-            .pins
-            .iter()
-            .zip(f.iter().zip(&g))
-            .map(|(p, (f, g))| (p.id, f.abs() / norm(*g)))
-            .collect())
+        Ok(f.iter().zip(&g).map(|(f, g)| f.abs() / norm(*g)).collect())
     }
 }

@@ -1,6 +1,6 @@
 //! The document: the only thing that changes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -400,8 +400,8 @@ impl Scene {
         Ok(())
     }
 
-    /// Distances between pins and the surface (model units), by number.
-    pub fn residuals(&self) -> Result<BTreeMap<u64, f64>, Error> {
+    /// Distances between pins and the surface (model units), in the order of [`Scene::pins`].
+    pub fn residuals(&self) -> Result<Vec<f64>, Error> {
         self.now.residuals()
     }
 }

@@ -2,7 +2,7 @@
 
 use isoswarm_field::{Aabb, Field, Surface};
 use isoswarm_particles::floaters::{Floaters, Parameters};
-use isoswarm_particles::{self as particles, Options, Samples, Status, sample};
+use isoswarm_particles::{self as particles, Options, Samples, places, sample};
 
 use crate::settings::{Amount, Focus, Settings};
 use crate::vector::{norm, sub, unit};
@@ -78,14 +78,12 @@ impl Swarm {
             Amount::Count(n) if self.spacing == 0.0 => particles::Amount::Count(n),
             Amount::Count(_) => particles::Amount::Spacing(self.spacing),
         };
-        let options = Options { amount, seed: settings.seed, most: Settings::MOST, ..Options::default() };
-        let fresh = sample(field, bounds, options)?;
-        if fresh.report.status == Status::Empty {
+        let Some(fresh) = places(field, bounds, amount, settings.seed, Settings::MOST, None)? else {
             return Ok(None);
-        }
+        };
         let spacing = match settings.amount {
             Amount::Spacing(s) => s,
-            Amount::Count(_) if self.spacing == 0.0 => fresh.report.spacing,
+            Amount::Count(_) if self.spacing == 0.0 => fresh.spacing,
             Amount::Count(_) => self.spacing,
         };
         let mut next = Self { spacing, size: 0.0, ..self.clone() };
@@ -149,10 +147,9 @@ impl Swarm {
     pub(crate) fn covers(&self, field: &Field, bounds: &Aabb, seed: u64) -> Result<bool, Error> {
         let coarse = (COARSE * self.size).max(self.spacing);
         let amount = particles::Amount::Spacing(coarse);
-        let options = Options { amount, seed, steps: Some(1), ..Options::default() };
-        let look = sample(field, bounds, options)?;
+        let look = places(field, bounds, amount, seed, Settings::MOST, Some(1))?;
         let mut floaters = self.floaters.clone();
-        floaters.admit(&look.points, UNSEEN * self.spacing, self.spacing);
+        floaters.admit(look.as_ref().map_or(&[], |l| &l.points), UNSEEN * self.spacing, self.spacing);
         Ok(floaters.len() == self.floaters.len())
     }
 

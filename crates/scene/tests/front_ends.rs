@@ -206,3 +206,35 @@ fn a_scene_read_with_its_floaters_keeps_them() {
         Scene::from_json_with(&s.to_json().unwrap(), Settings::default(), &none, &[[f64::NAN; 3]]).is_err()
     );
 }
+
+#[test]
+fn a_hidden_part_is_out_of_the_surface_and_comes_back_as_it_was() {
+    let hide = |path: &str, hidden: bool| Command::Hide { path: path.into(), hidden };
+    let mut s = scene("sphere(r=1) | translate(box(1, 1, 1), x=3)");
+    let right = |s: &Scene| s.frame().floaters.points.iter().filter(|p| p[0] > 1.5).count();
+    assert!(right(&s) > 50);
+    let (before, all) = (s.model().unwrap(), paths(&s));
+    s.apply(hide("translate", true)).unwrap();
+    assert_eq!((right(&s), paths(&s)), (0, all));
+    // Its parameters are there, and can be changed.
+    s.apply(set("translate/x", 4.0, false)).unwrap();
+    assert_eq!((value(&s, "translate/x"), right(&s)), (4.0, 0));
+    let saved = s.to_json().unwrap();
+    let again = Scene::from_json(&saved, Settings::default(), &std::collections::HashMap::new()).unwrap();
+    assert_eq!(again.model().unwrap(), s.model().unwrap());
+    assert!(again.model().unwrap().nodes().iter().any(|n| n.path == "translate" && n.hidden));
+    s.apply(Command::Undo {}).unwrap();
+    s.apply(Command::Undo {}).unwrap();
+    assert!(right(&s) > 50 && s.model().unwrap() == before);
+    s.apply(Command::Redo {}).unwrap();
+    assert_eq!(right(&s), 0);
+    // With the last part the surface would be gone: the command says so, and the scene stays.
+    for path in ["sphere", "union"] {
+        let refused = s.apply(hide(path, true)).unwrap_err().to_string();
+        assert!(refused.contains("every part of the model is hidden"), "{path}: {refused}");
+    }
+    s.apply(hide("translate", false)).unwrap();
+    assert!(right(&s) > 50 && s.model().unwrap() == before);
+    s.apply(hide("sphere", true)).unwrap();
+    assert!(right(&s) == s.frame().floaters.len());
+}

@@ -71,6 +71,8 @@ export type Command =
   | { do: 'add'; path?: string; model: string; name?: string }
   | { do: 'replace'; path?: string; model: string }
   | { do: 'remove'; path: string }
+  /** Leaves a part out of the operator above it, or (`hidden: false`) takes it in again; its parameters stay. */
+  | { do: 'hide'; path: string; hidden?: boolean }
   | { do: 'wrap'; path?: string; kind: string; parameters?: Record<string, number>; name?: string }
   | { do: 'unwrap'; path: string }
   | { do: 'reorder'; path?: string; order: number[] }

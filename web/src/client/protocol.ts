@@ -125,6 +125,8 @@ export interface NodeState {
   level: number;
   /** Number of its operands. */
   operands: number;
+  /** Left out of the operator above. */
+  hidden: boolean;
   /** Index in `SceneState.nodes` of the node above; -1 at the root. */
   parent: number;
   /** Place among the operands of the node above. */

@@ -1,5 +1,5 @@
 /** The model as a tree, and its parameters. */
-import { choose, expect, floaters, look, openFormula, rest, saved, test, value } from './studio.ts';
+import { choose, expect, floaters, type Look, look, openFormula, rest, saved, test, value } from './studio.ts';
 
 const rows = (page: import('@playwright/test').Page) => page.getByRole('treeitem');
 
@@ -53,8 +53,36 @@ test('a hidden part is gone from the surface and comes back', async ({ studio })
   await rest(studio);
   expect((await look(studio)).covered).toBeLessThan(0.85 * both.covered);
   expect(await floaters(studio)).toBeLessThan(0.9 * many);
+  // It keeps its parameters, and they can be changed.
+  const x = studio.getByLabel('x', { exact: true }).getByRole('textbox');
+  expect(await value(studio, 'translate/x')).toBe(2);
+  await x.fill('2.1');
+  await x.press('Enter');
+  const { text } = await saved(studio);
   await studio.getByRole('button', { name: 'Show Translate' }).click();
   await expect.poll(async () => (await look(studio)).covered, { timeout: 20_000 }).toBeGreaterThan(0.9 * both.covered);
+  expect(await value(studio, 'translate/x')).toBe(2.1);
+  await studio.keyboard.press('Control+z');
+  await expect(studio.getByRole('treeitem', { name: 'Translate, hidden' })).toBeVisible();
+  await studio.keyboard.press('Control+y');
+  await expect(studio.getByRole('treeitem', { name: 'Translate', exact: true })).toBeVisible();
+  await studio.locator('#open-file').setInputFiles({ name: 'hidden.iso.json', mimeType: 'application/json', buffer: Buffer.from(text) });
+  await expect(studio.getByRole('treeitem', { name: 'Translate, hidden' })).toBeVisible();
+  expect(await value(studio, 'translate/x')).toBe(2.1);
+});
+
+test('what would leave nothing of the model is not hidden, and says why', async ({ studio }) => {
+  await openFormula(studio, 'sphere(1) | translate(box(1, 1, 1), x=2)');
+  await choose(studio, 'Translate');
+  await studio.getByRole('treeitem', { name: 'Translate' }).press('h');
+  await expect(studio.getByRole('treeitem', { name: 'Translate, hidden' })).toBeVisible();
+  await choose(studio, 'Sphere');
+  await studio.getByRole('treeitem', { name: 'Sphere' }).press('h');
+  await expect(studio.getByText(/every part of the model is hidden/)).toBeVisible();
+  await expect(studio.getByRole('treeitem', { name: 'Sphere', exact: true })).toBeVisible();
+  await choose(studio, 'Union');
+  await studio.getByRole('treeitem', { name: 'Union' }).press('h');
+  await expect(studio.getByText('The whole model cannot be hidden')).toBeVisible();
 });
 
 test('operands change places', async ({ studio }) => {
@@ -73,6 +101,15 @@ test('a row dropped on another part moves there', async ({ studio }) => {
   await expect(studio.locator('[role=treeitem][aria-level="3"]')).toHaveCount(3);
 });
 
+const widthOf = ({ box }: Look) => box.right - box.left;
+const heightOf = ({ box }: Look) => box.bottom - box.top;
+const within = (given: number, expected: number) => Math.abs(given / expected - 1);
+/** From where the camera is at first: how wide an ellipsoid is seen to be, and how high, beside the unit ball. */
+const [FROM_X, FROM_Y, FROM_Z] = [6, -9, 5];
+const across = Math.hypot(FROM_X, FROM_Y);
+const seenWidth = (rx: number) => Math.hypot((FROM_Y / across) * rx, FROM_X / across);
+const seenHeight = (rz: number) => Math.hypot(FROM_Z, across * rz) / Math.hypot(FROM_Z, across);
+
 test('a slider, a number and a lock', async ({ studio }) => {
   await openFormula(studio, 'ellipsoid(1, 1, 1)');
   const before = await look(studio);
@@ -80,29 +117,32 @@ test('a slider, a number and a lock', async ({ studio }) => {
   const box = (await slider.boundingBox())!;
   await studio.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
   await studio.mouse.down();
-  await studio.mouse.move(box.x + box.width - 8, box.y + box.height / 2, { steps: 8 });
+  await studio.mouse.move(box.x + 0.65 * box.width, box.y + box.height / 2, { steps: 8 });
   await studio.mouse.up();
   await rest(studio);
   const slid = await value(studio, 'ellipsoid/rx');
   expect(slid).toBeGreaterThan(1.1);
+  const wide = await look(studio);
+  expect(within(widthOf(wide) / widthOf(before), seenWidth(slid))).toBeLessThan(0.04);
+  expect(within(heightOf(wide) / heightOf(before), 1)).toBeLessThan(0.06);
   // The whole pull is one step of undo.
   await studio.keyboard.press('Control+z');
   await expect.poll(() => value(studio, 'ellipsoid/rx')).toBe(1);
 
   const field = studio.getByLabel('rz', { exact: true }).getByRole('textbox');
-  await field.fill('2.5');
+  await field.fill('1.4');
   await field.press('Enter');
   await rest(studio);
-  expect(await value(studio, 'ellipsoid/rz')).toBe(2.5);
+  expect(await value(studio, 'ellipsoid/rz')).toBe(1.4);
   const tall = await look(studio);
-  // It reaches beyond the picture.
-  expect(tall.covered).toBeGreaterThan(1.1 * before.covered);
+  expect(within(heightOf(tall) / heightOf(before), seenHeight(1.4))).toBeLessThan(0.04);
+  expect(within(widthOf(tall) / widthOf(before), 1)).toBeLessThan(0.04);
 
   await field.fill('-1');
   await field.press('Enter');
   await expect(studio.getByRole('alert')).toContainText('More than 0');
   await field.press('Escape');
-  expect(await value(studio, 'ellipsoid/rz')).toBe(2.5);
+  expect(await value(studio, 'ellipsoid/rz')).toBe(1.4);
 
   await studio.getByRole('button', { name: /^Lock ry/ }).click();
   await expect(studio.getByRole('button', { name: /^Let ry follow/ })).toBeVisible();

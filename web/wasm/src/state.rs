@@ -64,6 +64,7 @@ fn node_states(nodes: &[NodeInfo], params: &[ParamInfo]) -> Vec<Value> {
             "name": m.name(),
             "category": m.kind().category,
             "level": n.level,
+            "hidden": n.hidden,
             "operands": n.operands,
             "parent": parent.map_or(-1, |p| p as i64),
             "place": place,
@@ -125,10 +126,10 @@ fn slider(p: &ParamInfo, size: f64) -> [f64; 2] {
 pub fn pins(scene: &Scene) -> Result<Vec<Value>, JsValue> {
     let off = scene.residuals().thrown()?;
     let slip = scene.dragging().thrown()?.map(|d| d.slip).unwrap_or_default();
-    Ok(scene.pins().iter().map(|p| pin(p, off.get(&p.id).copied(), &slip)).collect())
+    Ok(scene.pins().iter().zip(off).map(|(p, off)| pin(p, off, &slip)).collect())
 }
 
-fn pin(p: &ScenePin, residual: Option<f64>, slip: &[(u64, [f64; 3])]) -> Value {
+fn pin(p: &ScenePin, residual: f64, slip: &[(u64, [f64; 3])]) -> Value {
     let slip = slip.iter().find(|(id, _)| *id == p.id).map(|(_, by)| by);
     let along = match p.pin.guide {
         Guide::Free => Value::Null,

@@ -89,6 +89,7 @@ fn contracted(whole: &Whole) -> Aabb {
 /// From what opaque functions state of themselves, through the operators around them; `None` for operators that
 /// are not among these.
 fn of_tree(model: &Model) -> Option<Aabb> {
+    let (model, operands) = model.shown();
     if let Payload::Callback(f) = model.payload() {
         return f.bounds();
     }
@@ -102,7 +103,7 @@ fn of_tree(model: &Model) -> Option<Aabb> {
         let p = model.params().iter().find(|p| *p.name == *name)?;
         p.expr.is_none().then_some(p.value)
     };
-    let mut parts = model.operands().iter().map(|m| guarded(|| of_tree(m)));
+    let mut parts = operands.into_iter().map(|m| guarded(|| of_tree(m)));
     match model.kind().name {
         "union" => {
             let all: Option<Vec<Aabb>> = parts.collect();

@@ -39,12 +39,13 @@ fn below(model: &Model) -> Result<Option<Model>, FieldError> {
     if model.nodes().iter().all(|n| n.model().kind().name != "r_blend") {
         return Ok(Some(model.clone()));
     }
+    let (model, shown) = model.shown();
     let name = model.kind().name;
     if name != "r_blend" && !MONOTONE.contains(&name) {
         return Ok(None);
     }
-    let mut operands = Vec::with_capacity(model.operands().len());
-    for part in model.operands() {
+    let mut operands = Vec::with_capacity(shown.len());
+    for part in shown {
         match guarded(|| below(part))? {
             Some(part) => operands.push(part),
             None => return Ok(None),

@@ -85,6 +85,11 @@ pub struct Field {
 impl Field {
     /// Compiles a model.
     pub fn new(model: &Model) -> Result<Field, FieldError> {
+        if model.is_hidden() {
+            return Err(FieldError::Invalid(
+                "every part of the model is hidden, so that it has no surface: show one of them".into(),
+            ));
+        }
         let Lowered { graph, roots, axes, params, leaves } = model.lower()?;
         let parts = roots.iter().map(|&r| Part::new(Tape::new(&graph, r))).collect();
         let leaves = leaves.iter().map(|l| LeafStage::new(&graph, l)).collect();

@@ -23,6 +23,8 @@ pub struct NodeInfo {
     pub level: usize,
     /// Number of its operands.
     pub operands: usize,
+    /// Whether it is hidden itself, not only with what is above it.
+    pub hidden: bool,
     model: Model,
 }
 
@@ -52,12 +54,13 @@ impl Model {
         found
     }
 
-    /// All nodes that can be edited, each before its operands, in the order of the parameters. Formulas count as one node.
+    /// All nodes that can be edited, each before its operands, in the order of the parameters. Formulas count as one node, and what is
+    /// hidden is said to be so.
     pub fn nodes(&self) -> Vec<NodeInfo> {
         fn visit(
             m: &Model,
             above: &str,
-            level: usize,
+            (level, hidden): (usize, bool),
             names: &mut Names,
             stems: &FxHashMap<usize, String>,
             out: &mut Vec<NodeInfo>,
@@ -66,22 +69,25 @@ impl Model {
             if !seen.insert(m.id()) {
                 return;
             }
+            if m.hides() {
+                return guarded(|| visit(&m.operands()[0], above, (level, true), names, stems, out, seen));
+            }
             let own = m.name().unwrap_or(m.kind().name);
             let path = match stems.get(&m.id()) {
                 Some(stem) => stem.clone(),
                 None => names.unique(format!("{above}{own}")),
             };
             let (kind, operands) = (m.kind().name, m.operands().len());
-            out.push(NodeInfo { path, kind, level, operands, model: m.clone() });
+            out.push(NodeInfo { path, kind, level, operands, hidden, model: m.clone() });
             let inner = m.name().map(|n| format!("{above}{n}/"));
             let above = inner.as_deref().unwrap_or(above);
             for b in m.operands().iter().filter(|b| b.is_solid()) {
-                guarded(|| visit(b, above, level + 1, names, stems, out, seen));
+                guarded(|| visit(b, above, (level + 1, false), names, stems, out, seen));
             }
         }
         let (mut names, stems) = super::parameters::stems(self);
         let mut out = Vec::new();
-        visit(self, "", 0, &mut names, &stems, &mut out, &mut rustc_hash::FxHashSet::default());
+        visit(self, "", (0, false), &mut names, &stems, &mut out, &mut rustc_hash::FxHashSet::default());
         out
     }
 
@@ -97,6 +103,41 @@ impl Model {
             known.push("…");
         }
         Err(FieldError::Invalid(format!("there is no node `{path}`{hint}; there are: {}", known.join(", "))))
+    }
+
+    /// Whether this is the node around a part that is hidden.
+    fn hides(&self) -> bool {
+        self.kind().name == super::kinds::HIDDEN
+    }
+
+    /// The model with the part at a path hidden: left out of the operator above it, with its parameters in place; or shown again.
+    pub fn with_hidden(&self, path: &str, hidden: bool) -> Result<Self, FieldError> {
+        let old = self.node(path)?;
+        let around = self.find(|m| m.hides() && m.operands()[0].id() == old.id());
+        match (around, hidden) {
+            (None, true) => {
+                let kind = super::kinds::known(super::kinds::HIDDEN);
+                let new = Model::new(kind, vec![], vec![old.clone()], Payload::None)?;
+                self.exchanged(&old, Some(&new))
+            }
+            (Some(around), false) => self.exchanged(&around, Some(&old)),
+            _ => Ok(self.clone()),
+        }
+    }
+
+    /// A node, wherever it stands.
+    fn find(&self, is: impl Fn(&Self) -> bool) -> Option<Self> {
+        let mut seen = FxHashSet::default();
+        let mut stack = vec![self];
+        while let Some(m) = stack.pop() {
+            if seen.insert(m.id()) {
+                if is(m) {
+                    return Some(m.clone());
+                }
+                stack.extend(m.operands());
+            }
+        }
+        None
     }
 
     /// The model with another part at a path.
@@ -327,6 +368,29 @@ mod tests {
             replaced.node("body/leg").unwrap().id(),
             "the rest is shared"
         );
+    }
+
+    #[test]
+    fn hidden_parts_keep_their_places_paths_and_parameters() {
+        let m = creature();
+        let hidden = m.with_hidden("body/arm", true).unwrap();
+        assert_eq!(paths(&hidden), paths(&m));
+        assert_eq!(hidden.parameters(), m.parameters());
+        let flags: Vec<bool> = hidden.nodes().iter().map(|n| n.hidden).collect();
+        assert_eq!(flags, [false, false, true, false]);
+        assert_eq!(hidden.with_hidden("body/arm", true).unwrap(), hidden, "once is enough");
+        assert_eq!(hidden.with_hidden("body/leg", false).unwrap(), hidden, "it is shown");
+        assert_eq!(hidden.with_hidden("body/arm", false).unwrap(), m);
+        let longer = hidden.with_value("body/arm/r", 0.7).unwrap();
+        let shown = longer.with_hidden("body/arm", false).unwrap();
+        assert_eq!(shown, m.with_value("body/arm/r", 0.7).unwrap());
+        assert_eq!(paths(&hidden.without_node("body/arm").unwrap()), ["body", "body/head", "body/leg"]);
+        for again in [
+            crate::json::from_json(&crate::json::to_json(&hidden)).unwrap(),
+            parse(&hidden.to_text().unwrap(), &[]).unwrap(),
+        ] {
+            assert_eq!(again, hidden);
+        }
     }
 
     #[test]

@@ -41,6 +41,8 @@ pub(crate) struct Call<'a> {
     pub model: &'a Model,
     /// Its parameters.
     pub p: Vec<Node>,
+    /// Its operands that are not hidden.
+    operands: Vec<&'a Model>,
     /// The coordinates where it is evaluated.
     pub at: [Node; 3],
 }
@@ -66,6 +68,7 @@ impl Lower {
             )));
         }
         let n = guarded(|| {
+            let (model, operands) = model.shown();
             let first = self.places.first(model);
             let mut own = 0;
             let mut p = Vec::with_capacity(model.params().len());
@@ -82,7 +85,7 @@ impl Lower {
                 });
                 own += 1;
             }
-            (model.kind().build)(self, &Call { model, p, at })
+            (model.kind().build)(self, &Call { model, p, operands, at })
         })?;
         self.memo.insert(key, n);
         Ok(n)
@@ -90,17 +93,17 @@ impl Lower {
 
     /// Operand `i` where the node itself is.
     pub(crate) fn operand(&mut self, c: &Call, i: usize) -> Result<Node, FieldError> {
-        self.model(&c.model.operands()[i], c.at)
+        self.model(c.operands[i], c.at)
     }
 
     /// All operands where the node itself is.
     pub(crate) fn operands(&mut self, c: &Call) -> Result<Vec<Node>, FieldError> {
-        c.model.operands().iter().map(|m| self.model(m, c.at)).collect()
+        c.operands.iter().map(|m| self.model(m, c.at)).collect()
     }
 
     /// The only operand, at other coordinates.
     pub(crate) fn moved(&mut self, c: &Call, at: [Node; 3]) -> Result<Node, FieldError> {
-        self.model(&c.model.operands()[0], at)
+        self.model(c.operands[0], at)
     }
 
     /// Says that the model was made in the plane.
@@ -136,7 +139,11 @@ impl Model {
         };
         let at = [0, 1, 2].map(|a| lower.graph.axis(a));
         let roots = if self.kind().name == "stack" {
-            self.operands().iter().map(|m| lower.model(m, at)).collect::<Result<Vec<_>, _>>()?
+            self.operands()
+                .iter()
+                .filter(|m| !m.is_hidden())
+                .map(|m| lower.model(m, at))
+                .collect::<Result<Vec<_>, _>>()?
         } else {
             vec![lower.model(self, at)?]
         };

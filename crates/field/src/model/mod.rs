@@ -97,6 +97,8 @@ pub struct Tree {
     operands: Vec<Model>,
     payload: Payload,
     depth: usize,
+    /// Whether nothing of it counts.
+    hidden: bool,
 }
 
 /// An immutable model: a node with all that hangs below it. Cloning is cheap and shares; a node that occurs
@@ -137,7 +139,9 @@ impl Model {
                  `union` or one `add` of all of them instead of one by one"
             )));
         }
-        Ok(Self(Arc::new(Tree { kind, name, params, operands, payload, depth })))
+        let all = !operands.is_empty() && operands.iter().all(|m| m.0.hidden);
+        let hidden = all || kind.name == kinds::HIDDEN;
+        Ok(Self(Arc::new(Tree { kind, name, params, operands, payload, depth, hidden })))
     }
 
     /// A coordinate: 0 = x, 1 = y, 2 = z. Panics beyond.
@@ -202,6 +206,25 @@ impl Model {
     /// Whether this is a solid: see [`Category`].
     pub fn is_solid(&self) -> bool {
         self.0.kind.is_solid()
+    }
+
+    /// Whether it is left out of what is above: see the kind `hidden`. An operator is, too, where all of its operands are.
+    pub fn is_hidden(&self) -> bool {
+        self.0.hidden
+    }
+
+    /// The node that counts in this one's place, and those of its operands that count: all of a node without hidden operands, or with
+    /// no others. An operator of several operands that is left with one gives way to it.
+    pub(crate) fn shown(&self) -> (&Self, Vec<&Self>) {
+        let mut at = self;
+        loop {
+            let operands = at.operands();
+            let shown: Vec<&Self> = operands.iter().filter(|m| at.0.hidden || !m.0.hidden).collect();
+            match shown[..] {
+                [one] if operands.len() > 1 => at = one,
+                _ => return (at, shown),
+            }
+        }
     }
 
     /// The same node under a name, which appears in the paths of its parameters. Not empty, without `/` and `*`.

@@ -153,7 +153,10 @@ pub fn trees(most: usize) -> impl Strategy<Value = Tree> {
     steps(1..most + 1).prop_map(|steps| {
         let usable: Vec<&Kind> = kinds()
             .iter()
-            .filter(|k| k.category != Category::Formula && !matches!(k.name, "stack" | "function" | "planar"))
+            .filter(|k| {
+                k.category != Category::Formula
+                    && !matches!(k.name, "stack" | "function" | "planar" | "hidden")
+            })
             .collect();
         let mut pool = vec![Model::axis(0), call("sphere", &[]).expect("a sphere has defaults")];
         for s in &steps {
@@ -246,11 +249,11 @@ fn around(default: f64, (lo, hi): (f64, f64), discrete: bool, t: f64) -> f64 {
     (default * (0.5 + t) + moved).clamp(lo.max(-1e6), hi.min(1e6))
 }
 
-/// A node of every kind but functions and stacks: at its defaults, and once for each list of numbers.
+/// A node of every kind but functions, stacks and what is hidden: at its defaults, and once for each list of numbers.
 pub fn each_kind(numbers: &[Vec<f64>]) -> Vec<Model> {
     let solid = |i: usize| ["sphere", "torus", "box"][i % 3];
     let mut all = Vec::new();
-    for k in kinds().iter().filter(|k| !matches!(k.name, "stack" | "function")) {
+    for k in kinds().iter().filter(|k| !matches!(k.name, "stack" | "function" | "hidden")) {
         let operand = |i: usize| match k.category {
             Category::Formula => Model::axis(i % 3),
             _ => call(solid(i), &[]).expect("shapes have defaults"),

@@ -1,5 +1,6 @@
 //! Points in a grid of cells that is addressed by hash, and their order along a Morton curve.
 
+use isoswarm_field::SMALL;
 use rayon::prelude::*;
 
 use crate::vector::V3;
@@ -254,7 +255,8 @@ const MANY: usize = 1 << 17;
 /// Sorts by key; equal keys by index, in whose order the pairs come.
 fn sort_by_key(keyed: &mut Vec<(u64, u32)>) {
     debug_assert!(keyed.is_sorted_by_key(|k| k.1));
-    if !(FEW..=MANY).contains(&keyed.len()) {
+    // A module that is downloaded has digits alone.
+    if !SMALL && !(FEW..=MANY).contains(&keyed.len()) {
         keyed.par_sort_unstable();
         return;
     }

@@ -4,7 +4,6 @@
 //! surface leads from one set to another: over creases, around thin rims, through necks between the points.
 
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{FieldError, Surface};
@@ -96,14 +95,7 @@ pub(crate) fn label(
             break;
         }
     }
-    let mut number = BTreeMap::new();
-    let label = (0..n as u32)
-        .map(|i| {
-            let next = number.len() as u32;
-            *number.entry(sets.find(i)).or_insert(next)
-        })
-        .collect();
-    Ok((label, number.len()))
+    Ok(in_order((0..n as u32).map(|i| sets.find(i)).collect()))
 }
 
 /// Tries the shortest pairs between sets; whether any were joined.
@@ -123,32 +115,50 @@ fn join_by_walks(
     let apart =
         |i: usize, j: usize| i < j && set[i] != set[j] && normals[i] != [0.0; 3] && normals[j] != [0.0; 3];
     let lists = Neighbors::find(points, Reach::Same(radius), apart);
-    let mut shortest = Shortest::default();
+    let mut shortest = Shortest::new(WALKS);
     for i in 0..points.len() {
         lists.of(i).iter().for_each(|&j| shortest.add(points, &set, i as u32, j));
     }
-    shortest.walk(surface, run, walls, points, normals, sets, WALKS)
+    shortest.walk(surface, run, walls, points, normals, sets)
 }
 
+/// A pair of points: their sets, their distance, and which they are.
+type Pair = ((u32, u32), f64, (u32, u32));
+
 /// The shortest pairs of points between each two sets.
-#[derive(Default)]
-struct Shortest(BTreeMap<(u32, u32), Vec<(f64, u32, u32)>>);
+struct Shortest {
+    /// How many are wanted.
+    walks: usize,
+    pairs: Vec<Pair>,
+    /// How many there were when those that are too long were last left out.
+    kept: usize,
+}
 
 impl Shortest {
+    fn new(walks: usize) -> Self {
+        Self { walks, pairs: Vec::new(), kept: 0 }
+    }
+
     fn add(&mut self, points: &[V3], set: &[u32], i: u32, j: u32) {
         let (i, j) = (i.min(j), i.max(j));
         let (a, b) = (set[i as usize], set[j as usize]);
-        let row = self.0.entry((a.min(b), a.max(b))).or_default();
-        row.push((distance(points[i as usize], points[j as usize]), i, j));
-        if row.len() > 8 * WALKS {
-            Self::prune(row);
+        self.pairs.push(((a.min(b), a.max(b)), distance(points[i as usize], points[j as usize]), (i, j)));
+        if self.pairs.len() > 2 * self.kept + MOST {
+            self.prune();
         }
     }
 
-    fn prune(row: &mut Vec<(f64, u32, u32)>) {
-        row.arrange_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        row.dedup();
-        row.truncate(WALKS);
+    /// Leaves the shortest between each two sets, in the order of the sets.
+    fn prune(&mut self) {
+        self.pairs.arrange_by(|x, y| x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(x.2.cmp(&y.2)));
+        self.pairs.dedup();
+        let (mut sets, mut many) = (None, 0);
+        self.pairs.retain(|p| {
+            many = if sets == Some(p.0) { many + 1 } else { 1 };
+            sets = Some(p.0);
+            many <= self.walks
+        });
+        self.kept = self.pairs.len();
     }
 
     /// Walks between the ends of the pairs and joins the sets of those that are linked; whether there were any.
@@ -160,20 +170,15 @@ impl Shortest {
         points: &[V3],
         normals: &[V3],
         sets: &mut Sets,
-        walks: usize,
     ) -> Result<bool, FieldError> {
-        let mut ends = Vec::new();
-        for row in self.0.values_mut() {
-            Self::prune(row);
-            ends.extend(row.iter().take(walks).map(|&(_, i, j)| (i, j)));
-        }
-        ends.truncate(MOST);
-        let pairs: Vec<[(V3, V3); 2]> =
-            ends.iter().map(|&(i, j)| [i, j].map(|k| (points[k as usize], normals[k as usize]))).collect();
+        self.prune();
+        self.pairs.truncate(MOST);
+        let end = |k: u32| (points[k as usize], normals[k as usize]);
+        let pairs: Vec<[(V3, V3); 2]> = self.pairs.iter().map(|p| [end(p.2.0), end(p.2.1)]).collect();
         let linked = connected(surface, run, walls, &pairs)?;
-        for (k, (i, j)) in ends.into_iter().enumerate() {
-            if linked[k] {
-                sets.join(i, j);
+        for (pair, linked) in self.pairs.iter().zip(&linked) {
+            if *linked {
+                sets.join(pair.2.0, pair.2.1);
             }
         }
         Ok(linked.contains(&true))
@@ -222,8 +227,7 @@ pub(crate) fn divide(
         let largest = largest_of_labels(&set, label);
         let radius = if round < ROUNDS / 2 { NEAR } else { FAR } * spacing;
         // Most sets are single floaters in sharp places, and one walk will do.
-        let walks = if round == 0 { 1 } else { WALKS };
-        let mut shortest = Shortest::default();
+        let mut shortest = Shortest::new(if round == 0 { 1 } else { WALKS });
         for i in (0..n).filter(|&i| largest[label[i] as usize] != set[i] && normals[i] != [0.0; 3]) {
             grid.near(points[i], radius, |j| {
                 let k = j as usize;
@@ -233,7 +237,7 @@ pub(crate) fn divide(
                 }
             });
         }
-        if !shortest.walk(surface, run, walls, points, normals, &mut sets, walks)? && round >= ROUNDS / 2 {
+        if !shortest.walk(surface, run, walls, points, normals, &mut sets)? && round >= ROUNDS / 2 {
             break;
         }
     }
@@ -241,15 +245,23 @@ pub(crate) fn divide(
     let largest = largest_of_labels(&set, label);
     let mut size = vec![0; n];
     set.iter().for_each(|&s| size[s as usize] += 1);
-    let mut number = BTreeMap::new();
-    let labels = (0..n)
-        .map(|i| {
-            let own = if size[set[i] as usize] < FEWEST { largest[label[i] as usize] } else { set[i] };
-            let next = number.len() as u32;
-            *number.entry(own).or_insert(next)
-        })
-        .collect();
-    Ok((labels, number.len()))
+    let own = |i: usize| if size[set[i] as usize] < FEWEST { largest[label[i] as usize] } else { set[i] };
+    Ok(in_order((0..n).map(own).collect()))
+}
+
+/// Labels numbered anew in the order of first appearance, and how many there are.
+pub(crate) fn in_order(mut label: Vec<u32>) -> (Vec<u32>, usize) {
+    let mut number = vec![u32::MAX; label.iter().max().map_or(0, |m| *m as usize + 1)];
+    let mut many = 0;
+    for l in &mut label {
+        let own = &mut number[*l as usize];
+        if *own == u32::MAX {
+            *own = many;
+            many += 1;
+        }
+        *l = *own;
+    }
+    (label, many as usize)
 }
 
 /// For each label its largest set (the first of several).

@@ -25,7 +25,7 @@ use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::swarm::{Swarm, same_sheet};
 use crate::vector::{V3, distance, dot, norm, sub};
-pub(crate) use components::divide;
+pub(crate) use components::{divide, in_order};
 pub(crate) use lines::{Roots, cast, draw};
 use rayon::prelude::*;
 pub(crate) use region::Region;

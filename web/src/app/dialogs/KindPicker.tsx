@@ -7,8 +7,8 @@ import { chosen, dialog } from '../state/ui.ts';
 import { Dialog } from '../ui/Dialog.tsx';
 import { Icon, kindIcon } from '../ui/Icon.tsx';
 
-/** Kinds that only a program can make. */
-const isMade = (k: Kind) => k.payload === 'none' || k.layout === 'groups' || k.layout === 'monomials';
+/** Without kinds that only a program can make, and the one that the tree's eye makes. */
+const isMade = (k: Kind) => k.name !== 'hidden' && (k.payload === 'none' || k.layout === 'groups' || k.layout === 'monomials');
 
 function choices(what: 'add' | 'wrap'): Kind[] {
   return kinds.value.filter(k => {

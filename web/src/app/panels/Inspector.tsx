@@ -2,7 +2,7 @@
 import type { ComponentChildren } from 'preact';
 import { useState } from 'preact/hooks';
 import type { AdapterName } from '../../client/protocol.ts';
-import { isHider, labelOf, startAdapter, together } from '../state/actions.ts';
+import { labelOf, startAdapter, together } from '../state/actions.ts';
 import { apply, kinds, scene, values } from '../state/session.ts';
 import { chosen } from '../state/ui.ts';
 import { IconButton } from '../ui/controls.tsx';
@@ -76,6 +76,7 @@ function Parameters() {
           />
         )}
       </header>
+      {node.hidden && <p class="quiet">Hidden: the model is as if it were not there. Its parameters stay.</p>}
       {kind && <p class="doc">{kind.doc}</p>}
       {shown.map(({ p, value }) => (
         <ParameterRow key={p.path} parameter={p} value={value} />
@@ -85,7 +86,7 @@ function Parameters() {
           Show all {own.length} parameters
         </button>
       )}
-      {own.length === 0 && <p class="quiet">{isHider(node, state.parameters) ? 'Hidden.' : 'It has no parameters of its own.'}</p>}
+      {own.length === 0 && <p class="quiet">It has no parameters of its own.</p>}
     </section>
   );
 }

@@ -1,7 +1,7 @@
 /** The model as a tree. */
 import { useRef, useState } from 'preact/hooks';
 import type { NodeState, SceneState } from '../../client/protocol.ts';
-import { hideNode, isHider, moveNode, placeNode, removeNode, shiftNode, showNode } from '../state/actions.ts';
+import { hideNode, moveNode, placeNode, removeNode, shiftNode } from '../state/actions.ts';
 import { apply, scene } from '../state/session.ts';
 import { chosen, dialog } from '../state/ui.ts';
 import { Button, IconButton } from '../ui/controls.tsx';
@@ -10,26 +10,21 @@ import { TreeRow } from './TreeRow.tsx';
 
 export interface Row {
   node: NodeState;
-  /** The offset above it that hides it. */
-  hider: NodeState | null;
-  level: number;
+  /** Left out, itself or with what is above it. */
+  hidden: boolean;
   children: boolean;
 }
 
-/** What the tree shows: offsets that hide are not rows of their own. */
+/** What the tree shows. */
 function rowsOf(state: SceneState, folded: ReadonlySet<string>): Row[] {
-  const levels: number[] = [];
   const shut: boolean[] = [];
+  const hidden: boolean[] = [];
   const rows: Row[] = [];
   state.nodes.forEach((node, i) => {
-    const above = state.nodes[node.parent];
-    const hider = above && isHider(above, state.parameters) ? above : null;
-    const hides = isHider(node, state.parameters);
-    const level = above ? levels[node.parent]! + (hider ? 0 : 1) : 0;
-    levels[i] = level;
-    const inside = above !== undefined && shut[node.parent]!;
-    shut[i] = inside || (!hides && folded.has(node.path));
-    if (!hides && !inside) rows.push({ node, hider, level, children: state.nodes.some(n => n.parent === i) });
+    const inside = shut[node.parent] ?? false;
+    shut[i] = inside || folded.has(node.path);
+    hidden[i] = node.hidden || (hidden[node.parent] ?? false);
+    if (!inside) rows.push({ node, hidden: hidden[i], children: state.nodes.some(n => n.parent === i) });
   });
   return rows;
 }
@@ -71,7 +66,7 @@ export function Tree() {
       Enter: () => setRenaming(node.path),
       Delete: () => void removeNode(node),
       Backspace: () => void removeNode(node),
-      h: () => void (row.hider ? showNode(row.hider) : hideNode(node)),
+      h: () => void hideNode(node),
       d: () => void apply({ do: 'duplicate', path: node.path }),
     };
     const move = moves[event.key];

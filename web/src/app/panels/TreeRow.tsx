@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from 'preact/hooks';
 import type { AdapterName } from '../../client/protocol.ts';
-import { hideNode, labelOf, removeNode, shiftNode, showNode, startAdapter } from '../state/actions.ts';
+import { hideNode, labelOf, removeNode, shiftNode, startAdapter } from '../state/actions.ts';
 import { apply, scene } from '../state/session.ts';
 import { chosen, dialog } from '../state/ui.ts';
 import { Icon, kindIcon } from '../ui/Icon.tsx';
@@ -18,18 +18,19 @@ interface TreeRowProps {
 }
 
 export function TreeRow({ row, folded, focusable, renaming, onFold, onRename, onDrop }: TreeRowProps) {
-  const { node, hider, level, children } = row;
+  const { node, hidden, children } = row;
+  const { level } = node;
   const [over, setOver] = useState(false);
   const isChosen = chosen.value === node.path;
   const adapting = scene.value?.adapter?.path === node.path;
-  const classes = ['row', isChosen && 'chosen', hider && 'hidden-part', over && 'over'].filter(Boolean).join(' ');
+  const classes = ['row', isChosen && 'chosen', hidden && 'hidden-part', over && 'over'].filter(Boolean).join(' ');
   return (
     <li
       role="treeitem"
       aria-level={level + 1}
       aria-selected={isChosen}
       aria-expanded={children ? !folded : undefined}
-      aria-label={`${labelOf(node)}${hider ? ', hidden' : ''}`}
+      aria-label={`${labelOf(node)}${hidden ? ', hidden' : ''}`}
       tabIndex={focusable ? 0 : -1}
       class={classes}
       style={{ '--level': level }}
@@ -79,14 +80,14 @@ export function TreeRow({ row, folded, focusable, renaming, onFold, onRename, on
             type="button"
             class="icon-button small"
             tabIndex={-1}
-            aria-label={hider ? `Show ${labelOf(node)}` : `Hide ${labelOf(node)}`}
-            title={hider ? 'Show (H)' : 'Hide (H)'}
+            aria-label={node.hidden ? `Show ${labelOf(node)}` : `Hide ${labelOf(node)}`}
+            title={node.hidden ? 'Show (H)' : 'Hide (H)'}
             onClick={event => {
               event.stopPropagation();
-              void (hider ? showNode(hider) : hideNode(node));
+              void hideNode(node);
             }}
           >
-            <Icon name={hider ? 'hidden' : 'look'} size={15} />
+            <Icon name={node.hidden ? 'hidden' : 'look'} size={15} />
           </button>
         )}
         <Menu class="icon-button small" label={`More for ${labelOf(node)}`} side="right" items={itemsFor(row, () => onRename(true))}>
@@ -139,18 +140,22 @@ function Rename({ path, name, done }: { path: string; name: string; done: () => 
   );
 }
 
-function itemsFor({ node, hider }: Row, rename: () => void): MenuItems {
+function itemsFor({ node }: Row, rename: () => void): MenuItems {
   const choose = () => {
     chosen.value = node.path;
   };
-  const above = scene.value?.nodes[hider ? hider.parent : node.parent];
+  const above = scene.value?.nodes[node.parent];
   const deform = (adapter: AdapterName) => () => void startAdapter(node.path, adapter);
   return [
     { label: 'Rename', icon: 'rename', keys: 'F2', onPick: rename },
     { label: 'Duplicate', icon: 'copy', keys: 'D', onPick: () => void apply({ do: 'duplicate', path: node.path }) },
-    hider
-      ? { label: 'Show', icon: 'look', keys: 'H', onPick: () => void showNode(hider) }
-      : { label: 'Hide', icon: 'hidden', keys: 'H', disabled: !above, onPick: () => void hideNode(node) },
+    {
+      label: node.hidden ? 'Show' : 'Hide',
+      icon: node.hidden ? 'look' : 'hidden',
+      keys: 'H',
+      disabled: !above,
+      onPick: () => void hideNode(node),
+    },
     null,
     { label: 'Add a shape here…', icon: 'plus', keys: 'A', onPick: () => (choose(), (dialog.value = 'add')) },
     { label: 'Put into an operator…', icon: 'wrap', keys: 'W', onPick: () => (choose(), (dialog.value = 'wrap')) },

@@ -1,5 +1,5 @@
 /** What a person does to the scene, in terms of commands. */
-import type { AdapterName, Command, Kind, NodeState, ParameterState, PinState, Settings, Vec3 } from '../../client/protocol.ts';
+import type { AdapterName, Command, Kind, NodeState, PinState, Settings, Vec3 } from '../../client/protocol.ts';
 import { middle } from '../viewport/AdapterHandles.tsx';
 import { sendLatest } from './gesture.ts';
 import { apply, ask, complain, scene } from './session.ts';
@@ -65,37 +65,15 @@ export async function wrapNode(node: NodeState, kind: Kind): Promise<void> {
   if (await apply(command)) chosen.value = scene.value?.nodes[place]?.path ?? null;
 }
 
-/** An offset beyond this is what hides a part. */
-const AWAY = 1e6;
-
-/** Whether a node is one that hides its operand. */
-export function isHider(node: NodeState, parameters: readonly ParameterState[]): boolean {
-  const d = node.kind === 'offset' ? parameters[node.parameters[0] ?? -1] : undefined;
-  return d !== undefined && Math.abs(d.value) >= AWAY;
-}
-
-/** Takes a part out of sight, or brings it back: an offset that leaves nothing of it, or everything where it is intersected. */
+/** Takes a part out of the operator above, or brings it back. */
 export async function hideNode(node: NodeState): Promise<void> {
-  const nodes = scene.value?.nodes ?? [];
-  const above = nodes[node.parent];
-  if (!above) return void say('The whole model cannot be hidden: only one of its parts can.');
-  const everything = above.kind.includes('intersection');
-  const place = nodes.indexOf(node);
-  const change = await apply({ do: 'wrap', path: node.path, kind: 'offset', parameters: { d: everything ? AWAY : -AWAY } });
-  if (change) chosen.value = scene.value?.nodes[place + 1]?.path ?? null;
-}
-
-export async function showNode(hider: NodeState): Promise<void> {
-  const place = scene.value?.nodes.indexOf(hider) ?? 0;
-  if (await apply({ do: 'unwrap', path: hider.path })) chosen.value = scene.value?.nodes[place]?.path ?? null;
+  if (node.parent < 0) return void say('The whole model cannot be hidden: only one of its parts can.');
+  await apply({ do: 'hide', path: node.path, hidden: !node.hidden });
 }
 
 export async function removeNode(node: NodeState): Promise<void> {
   if (node.parent < 0) return void say('The whole model cannot be removed: open another from the gallery, or type a formula.');
-  const nodes = scene.value?.nodes ?? [];
-  const above = nodes[node.parent]!;
-  const hidden = isHider(above, scene.value?.parameters ?? []);
-  if (await apply({ do: 'remove', path: hidden ? above.path : node.path })) {
+  if (await apply({ do: 'remove', path: node.path })) {
     say(`${labelOf(node)} is removed.`, { action: { label: 'Undo', run: () => void apply({ do: 'undo' }) } });
   }
 }

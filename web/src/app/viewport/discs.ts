@@ -1,7 +1,8 @@
 /**
  * Floaters as tilted discs: one draw, in which each disc is a triangle around it. The triangle lies in the disc's plane, so that depth is
  * right where discs cut each other, and light is computed at its corners, not at its pixels. Each corner has a row of its own:
- * processors that draw fetch attributes much faster than texels, and copy buffers faster than textures.
+ * processors that draw fetch attributes much faster than texels, and copy buffers faster than textures. Behind them the same discs are drawn once more, larger:
+ * while the surface moves, and where floaters split and die, there are gaps between discs that the paper would shine through.
  */
 import * as THREE from 'three';
 import type { Frame } from '../../client/protocol.ts';
@@ -15,6 +16,10 @@ const CORNERS = 3;
 const NORMAL = 4;
 /** What 1 is in 16 bits. */
 const UNIT = 32767;
+/** How much larger discs are that fill gaps, */
+const FILL = 1.7;
+/** and how far they lie behind the others, in radii: more than the surface bends away under them, as seen from where they face. */
+const BEHIND = 0.6;
 
 const vertexShader = /* glsl */ `
 precision highp float;
@@ -60,11 +65,22 @@ void main() {
   float b = normal.x * normal.y * a;
   vec3 e = vec3(1.0 + s * normal.x * normal.x * a, s * b, -s * normal.x);
   vec3 f = vec3(b, s + normal.y * normal.y * a, -normal.y);
-  at += size * place.w * (corner.x * e + corner.y * f);
+  float radius = size * place.w;
+#ifdef UNDER
+  radius *= float(${FILL});
+#endif
+  at += radius * (corner.x * e + corner.y * f);
 #ifdef CUT
   beyond = dot(cut.xyz, at) - cut.w;
 #endif
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(at, 1.0);
+  vec4 seen = modelViewMatrix * vec4(at, 1.0);
+  gl_Position = projectionMatrix * seen;
+#ifdef UNDER
+  // Depth alone: the place on the screen stays, and thin parts stay in front of what is behind them.
+  seen.xyz -= size * place.w * float(${BEHIND}) / (0.25 + abs(dot(n, v))) * v;
+  vec4 behind = projectionMatrix * seen;
+  gl_Position.z = behind.z / behind.w * gl_Position.w;
+#endif
 }
 `;
 
@@ -112,7 +128,9 @@ export class Discs {
   /** What the palette spans now; null where colours have no scale. */
   range: Range | null = null;
   private colouring: Colouring = 'plain';
-  private readonly material: THREE.RawShaderMaterial;
+  /** The discs, and those behind them. */
+  private readonly materials: readonly THREE.RawShaderMaterial[];
+  private readonly under: THREE.Mesh;
   private frame: Frame | null = null;
   private geometry = new THREE.BufferGeometry();
   /** Corners of the discs that face the eye; made when first needed. */
@@ -134,15 +152,23 @@ export class Discs {
       flat_view: { value: 0 },
       dots: { value: false },
     };
-    this.material = new THREE.RawShaderMaterial({
-      glslVersion: THREE.GLSL3,
-      side: THREE.DoubleSide,
-      uniforms: this.uniforms,
-      vertexShader,
-      fragmentShader,
-    });
-    this.object = new THREE.Mesh(this.geometry, this.material);
-    this.object.frustumCulled = false;
+    const material = (defines: Record<string, number>) =>
+      new THREE.RawShaderMaterial({
+        glslVersion: THREE.GLSL3,
+        side: THREE.DoubleSide,
+        uniforms: this.uniforms,
+        defines,
+        vertexShader,
+        fragmentShader,
+      });
+    const [over, under] = [material({}), material({ UNDER: 1 })];
+    this.materials = [over, under];
+    this.object = new THREE.Mesh(this.geometry, over);
+    this.under = new THREE.Mesh(this.geometry, under);
+    // Last: most of it is hidden, and costs no light.
+    this.under.renderOrder = 1;
+    this.object.add(this.under);
+    this.object.frustumCulled = this.under.frustumCulled = false;
     this.geometry.setDrawRange(0, 0);
   }
 
@@ -179,6 +205,7 @@ export class Discs {
   drawAll(): void {
     this.geometry.setIndex(null);
     this.geometry.setDrawRange(0, CORNERS * (this.frame?.count ?? 0));
+    this.under.visible = !this.uniforms.dots.value;
   }
 
   /** Leaves discs out that are seen from behind: from a point, or along a direction. */
@@ -199,15 +226,18 @@ export class Discs {
     update(this.near, used);
     this.geometry.setIndex(this.near);
     this.geometry.setDrawRange(0, used);
+    this.under.visible = true;
   }
 
   /** Leaves out what is beyond a plane: normal and offset; null: nothing. */
   cut(plane: readonly [number, number, number, number] | null): void {
     this.uniforms.cut.value.set(...(plane ?? NO_PLANE));
-    if (Boolean(plane) === 'CUT' in this.material.defines) return;
-    if (plane) this.material.defines.CUT = 1;
-    else delete this.material.defines.CUT;
-    this.material.needsUpdate = true;
+    for (const material of this.materials) {
+      if (Boolean(plane) === 'CUT' in material.defines) continue;
+      if (plane) material.defines.CUT = 1;
+      else delete material.defines.CUT;
+      material.needsUpdate = true;
+    }
   }
 
   private colour(colouring: Colouring, values: Float32Array | undefined): void {
@@ -234,12 +264,12 @@ export class Discs {
     add('place', new THREE.BufferAttribute(new Float32Array(4 * corners), 4));
     add('normal', new THREE.BufferAttribute(new Int16Array(NORMAL * corners), NORMAL, true));
     add('value', new THREE.BufferAttribute(new Float32Array(corners), 1));
-    this.object.geometry = this.geometry;
+    this.object.geometry = this.under.geometry = this.geometry;
   }
 
   dispose(): void {
     this.uniforms.palette.value.dispose();
     this.geometry.dispose();
-    this.material.dispose();
+    for (const material of this.materials) material.dispose();
   }
 }

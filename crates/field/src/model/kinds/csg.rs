@@ -4,6 +4,9 @@ use crate::model::kind::{Category, Kind, Operands, ParamSpec};
 
 const OPERATOR: Kind = Kind { category: Category::Operator, operands: Operands::Exactly(1), ..Kind::ROW };
 
+/// The kind of a node that takes its operand out of what is above.
+pub const HIDDEN: &str = "hidden";
+
 pub const KINDS: &[Kind] = &[
     Kind {
         name: "union",
@@ -74,6 +77,14 @@ pub const KINDS: &[Kind] = &[
             let half = g.mul(half, c.p[0]);
             Ok(g.sub(size, half))
         },
+        ..OPERATOR
+    },
+    Kind {
+        name: HIDDEN,
+        doc: "A part that is left out for now: the operator above is as if it had been removed, and its parameters \
+              stay. A model of which everything is hidden has no surface.",
+        formula: "f, where it stands for a part of its own",
+        build: |l, c| l.operand(c, 0),
         ..OPERATOR
     },
 ];

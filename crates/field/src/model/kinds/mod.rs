@@ -18,6 +18,7 @@ use rustc_hash::FxHashMap;
 
 pub use super::arguments::{MAX_DEGREE, coefficient_exponents, coefficient_name, monomials};
 use super::kind::Kind;
+pub(super) use csg::HIDDEN;
 pub use reference::kinds_markdown;
 
 static TABLE: LazyLock<Vec<Kind>> = LazyLock::new(|| {

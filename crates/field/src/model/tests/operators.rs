@@ -27,6 +27,32 @@ fn set_operations() {
 }
 
 #[test]
+fn hidden_operands_are_left_out() {
+    same("sphere() | hidden(box(2, 1, 1))", "sphere()");
+    same("hidden(sphere()) & box(2, 1, 1) & torus()", "box(2, 1, 1) & torus()");
+    same("sphere() - hidden(box(2, 1, 1)) - torus()", "sphere() - torus()");
+    same(
+        "smooth_union(sphere(), hidden(box(2, 1, 1)), torus(), k=0.3)",
+        "smooth_union(sphere(), torus(), k=0.3)",
+    );
+    // An operator of two gives way to the one that is left.
+    same("superelliptic_blend(sphere(), hidden(torus()))", "sphere()");
+    same("blend(hidden(sphere()), torus(), h=f*g + 1)", "torus()");
+    // An operator with nothing left is left out itself.
+    same("sphere() | translate(hidden(box(1, 1, 1)), 2)", "sphere()");
+    same("sphere() | ~(hidden(torus()) | hidden(box(1, 1, 1)))", "sphere()");
+    same("twist(sphere() | hidden(torus()), 0.3)", "twist(sphere(), 0.3)");
+}
+
+#[test]
+fn a_model_of_which_everything_is_hidden_is_none() {
+    for text in ["hidden(sphere())", "translate(hidden(sphere()), 1)", "hidden(sphere()) | hidden(torus())"] {
+        let refused = crate::Field::new(&model(text)).expect_err(text).to_string();
+        assert!(refused.contains("every part of the model is hidden"), "{refused}");
+    }
+}
+
+#[test]
 fn moves_are_inverse_transformations_of_space() {
     same("translate(sphere(), 1, -2, 3)", "sqrt((x-1)^2 + (y+2)^2 + (z-3)^2) - 1");
     same("scale(box(2, 1, 1), 2)", "box(4, 2, 2)");

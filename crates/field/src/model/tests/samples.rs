@@ -150,7 +150,7 @@ fn grow(source: &mut dyn Iterator<Item = u8>, depth: usize, pool: &mut Vec<Model
         .iter()
         .filter(|k| {
             matches!(k.payload, PayloadKind::None)
-                && !matches!(k.name, "stack" | "parameter" | "x" | "y" | "z")
+                && !matches!(k.name, "stack" | "parameter" | "x" | "y" | "z" | "hidden")
         })
         .filter(|k| depth > 0 || k.operands == Operands::Exactly(0))
         .collect();
