@@ -140,8 +140,8 @@ def diagnose(field: Field, *, bounds: Any = None, seed: int = 0, n: int = 2000, 
     n : int
         Samples used; more are taken if there are more components.
     boxes : int, optional
-        How much may be done to prove the topology: see :func:`isoswarm.certify`. By default 200,000, or fewer where the field has
-        many operations, so that it takes seconds.
+        How much may be done to prove the topology: see :func:`isoswarm.certify`. By default 200,000, or fewer where
+        the field has many operations, so that it takes seconds.
 
     """
     lo, hi = as_bounds(bounds, field.axes) if bounds is not None else field.require_bounds()
