@@ -46,7 +46,7 @@ const MIDDLE_STEPS_OF_FEW: usize = 24;
 const MIDDLE_STEPS: usize = 12;
 const FIRST_STEPS: usize = 6;
 const SETTLING_STEPS: usize = 60;
-const POLISHING_STEPS_OF_FEW: usize = 8;
+const LONG_POLISHING_STEPS: usize = 8;
 const POLISHING_STEPS: usize = 6;
 /// Fewest steps of settling.
 const LEAST_STEPS: usize = 4;
@@ -445,8 +445,9 @@ impl Work<'_, '_, '_> {
 
     fn polish(&mut self) -> Result<bool, Error> {
         self.enter(POLISHING);
-        let few = self.relaxation.swarm.len() < FEW;
-        for _ in 0..if few { POLISHING_STEPS_OF_FEW } else { POLISHING_STEPS } {
+        // Where floaters do not resolve the surface, steps are what evens them out.
+        let long = self.unresolved || self.relaxation.swarm.len() < FEW;
+        for _ in 0..if long { LONG_POLISHING_STEPS } else { POLISHING_STEPS } {
             if !self.step(0.9)?.1 {
                 return Ok(false);
             }
