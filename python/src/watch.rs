@@ -1,6 +1,7 @@
 //! Progress, time limit and Ctrl-C, seen from the calling thread while the core works without the interpreter.
 use std::ops::ControlFlow;
-use std::sync::mpsc::channel;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Mutex, TryLockError};
 use std::time::{Duration, Instant};
 
 use isoswarm_particles::{Phase, Progress, ProgressFn, Stop};
@@ -12,6 +13,10 @@ const SIGNALS: Duration = Duration::from_millis(100);
 const REPORTS: Duration = Duration::from_millis(50);
 /// How often work in the thread pool asks the calling thread whether to go on.
 const QUESTIONS: Duration = Duration::from_millis(5);
+/// How long a thread of the pool waits for the answer before it sees whether there is other work.
+const WAIT: Duration = Duration::from_micros(100);
+/// Held by the one run that is in the thread pool: a thread of it that waits takes up what work there is, which must not be another run.
+static IN_POOL: Mutex<()> = Mutex::new(());
 
 /// Watches over a run.
 pub struct Watch {
@@ -67,9 +72,15 @@ impl Watch {
 
     /// Does `work` in the thread pool: it has many short loops, and for each of them a thread of the pool would have to be woken from
     /// here. Progress is seen from the calling thread all the same. `here`: on the calling thread, since it calls
-    /// the user's functions.
+    /// the user's functions; so are runs beside another.
     pub fn over<T: Send>(&mut self, here: bool, work: impl FnOnce(&mut ProgressFn<'_>) -> T + Send) -> T {
-        if here {
+        let alone = match IN_POOL.try_lock() {
+            Ok(guard) => Some(guard),
+            Err(TryLockError::Poisoned(guard)) => Some(guard.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        };
+        if here || alone.is_none() {
+            drop(alone);
             return work(&mut |p| self.tick(p));
         }
         let (ask, asked) = channel();
@@ -86,7 +97,7 @@ impl Watch {
                     }
                     last = Some((now, p.phase));
                     // A calling thread that is gone has panicked.
-                    let goes_on = ask.send(*p).ok().and_then(|()| answered.recv().ok());
+                    let goes_on = ask.send(*p).ok().and_then(|()| await_answer(&answered));
                     goes_on.unwrap_or(ControlFlow::Break(Stop::Cancelled))
                 };
                 *result = Some(work(&mut tick));
@@ -105,6 +116,18 @@ impl Watch {
             f.call1(py, (name(p.phase), p.fraction, p.floaters, p.steps))?;
             Ok(true)
         })
+    }
+}
+
+/// The answer; `None` where none will come. The user's function that is called meanwhile may need the thread pool, of which this may be
+/// the only thread.
+fn await_answer<T>(answered: &Receiver<T>) -> Option<T> {
+    loop {
+        match answered.recv_timeout(WAIT) {
+            Ok(answer) => return Some(answer),
+            Err(RecvTimeoutError::Disconnected) => return None,
+            Err(RecvTimeoutError::Timeout) => drop(rayon::yield_now()),
+        }
     }
 }
 

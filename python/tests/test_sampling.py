@@ -208,6 +208,34 @@ def test_progress_is_told() -> None:
     assert len(told) >= 2
 
 
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_progress_functions_may_use_the_library(threads: str) -> None:
+    program = '''
+import threading
+import numpy as np
+import isoswarm as iso
+
+ball = iso.parse("x^2 + y^2 + z^2 - 1")
+points = np.zeros((20_000, 3))
+told = []
+
+def progress(*_):
+    told.append(ball.value(points).sum() + len(iso.sample(ball, n=50)))
+
+def run():
+    iso.sample(ball, n=20_000, progress=progress)
+
+runs = [threading.Thread(target=run) for _ in range(3)]
+[r.start() for r in runs]
+[r.join() for r in runs]
+print(len(told) >= len(runs))
+'''
+    environment = os.environ | {"RAYON_NUM_THREADS": threads}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert done.stdout.strip() == "True", done.stderr
+
+
 def test_ctrl_c_works_within_a_second() -> None:
     pressed: list[float] = []
 
