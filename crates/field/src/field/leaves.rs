@@ -10,7 +10,7 @@ use super::differences::{self, OfParameters, STEP, beside, extent};
 use super::evaluate::{Sweep, Target};
 use super::{CHUNK, Field, Part};
 use crate::kernel::{Batch, Want, run};
-use crate::model::{Callback, Leaf};
+use crate::model::{Callback, Leaf, Payload};
 use crate::tape::Tape;
 use crate::{FieldError, Graph, MAX_AXES};
 
@@ -242,7 +242,8 @@ impl Field {
         Ok(())
     }
 
-    /// Second derivatives by central differences of the gradient.
+    /// Second derivatives by central differences of the gradient, one-sided at the faces of the bounds where the field is a function alone;
+    /// functions within operators are asked a little beyond theirs.
     pub(super) fn numerical_hessian(&self, points: &[f64], out: &mut [f64]) -> Result<(), FieldError> {
         let (d, k) = (self.axes(), self.components());
         let n = points.len() / d;
@@ -250,7 +251,7 @@ impl Field {
             points.chunks_exact(d).map(|p| std::array::from_fn(|a| if a < d { p[a] } else { 0.0 })).collect();
         let declared = self.compiled.leaves.iter().find_map(|l| l.callback.bounds());
         let h = 20.0 * STEP * extent(&rows, declared);
-        let bounds = self.bounds();
+        let bounds = declared.filter(|_| matches!(self.model.payload(), Payload::Callback(_)));
         let mut shifted = points.to_vec();
         let mut value = vec![0.0; n * k];
         let mut sides = [vec![0.0; n * k * d], vec![0.0; n * k * d]];
