@@ -20,8 +20,6 @@ const UNSEEN: f64 = 3.2;
 const LONGEST: f64 = 0.3;
 /// Floaters that one task handles; fixed, so that sums over tasks do not depend on the number of threads.
 const CHUNK: usize = 128;
-/// Tasks that a thread takes at least: to wake another costs more than what few floaters would save.
-const TASKS: usize = 1;
 /// Cosine of the turn of a normal in one step from which on more than one Newton step is taken.
 const TURNED: f64 = 0.8;
 /// The same for the length of the Newton step in lengths of the step before it: on a smooth surface it is the half of
@@ -187,7 +185,7 @@ impl<'s> Relaxation<'s> {
         let (points, normals, size, held) = (&points[..], &normals[..], &size[..], &held[..]);
         let arch = Arch::new();
         let tasks = next.par_chunks_mut(CHUNK).zip(velocity.par_chunks_mut(CHUNK));
-        tasks.enumerate().with_min_len(TASKS).for_each(|(c, (next, velocity))| {
+        tasks.enumerate().for_each(|(c, (next, velocity))| {
             arch.dispatch(Displace {
                 gain,
                 momentum,
@@ -219,7 +217,6 @@ impl<'s> Relaxation<'s> {
             .zip(swarm.velocity.par_chunks_mut(CHUNK))
             .zip(way.par_chunks_mut(CHUNK))
             .enumerate()
-            .with_min_len(TASKS)
             .map(|(c, (((next, normals), velocity), way))| {
                 let (mut square, mut most, mut away, mut turned) = (0.0, 0.0f64, 0usize, Vec::new());
                 for k in 0..next.len() {
