@@ -5,7 +5,7 @@ mod surfaces;
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use isoswarm_field::{Aabb, Surface};
+use isoswarm_field::{Aabb, Field, Surface, text};
 use isoswarm_particles::{Amount, Density, Error, Method, Options, Samples, Status, Stop, places, sample};
 use surfaces::*;
 
@@ -465,6 +465,10 @@ fn samples_do_not_pile_up_at_a_singular_point() {
     assert_eq!(s.points.len(), 5000);
     let middle = s.points.iter().filter(|p| distance(**p, [0.0; 3]) < 0.05).count();
     assert!(middle <= 1, "{middle} samples in the middle");
+    // Found by intervals: six whole spheres, three that the faces cut, eight corners of two, and the point, once.
+    let f = Field::new(&text::parse("sin(20*sqrt(x^2 + y^2 + z^2))", &[]).unwrap()).unwrap();
+    let s = sample(&f, &cube_bounds(1.01), count(5000)).unwrap();
+    assert_eq!(s.report.components, 6 + 3 + 2 * 8 + 1);
 }
 
 #[test]
