@@ -210,7 +210,7 @@ def test_progress_is_told() -> None:
 
 @pytest.mark.parametrize("threads", ["1", "2"])
 def test_progress_functions_may_use_the_library(threads: str) -> None:
-    program = '''
+    program = """
 import threading
 import numpy as np
 import isoswarm as iso
@@ -229,7 +229,7 @@ runs = [threading.Thread(target=run) for _ in range(3)]
 [r.start() for r in runs]
 [r.join() for r in runs]
 print(len(told) >= len(runs))
-'''
+"""
     environment = os.environ | {"RAYON_NUM_THREADS": threads}
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)

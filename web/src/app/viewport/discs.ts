@@ -20,6 +20,8 @@ const UNIT = 32767;
 const FILL = 1.7;
 /** and how far they lie behind the others, in radii: more than the surface bends away under them, as seen from where they face. */
 const BEHIND = 0.6;
+/** Most discs that have others behind them: more are small, and so are their gaps, and twice as many take twice the time. */
+const FILLED = 8000;
 
 const vertexShader = /* glsl */ `
 precision highp float;
@@ -205,7 +207,11 @@ export class Discs {
   drawAll(): void {
     this.geometry.setIndex(null);
     this.geometry.setDrawRange(0, CORNERS * (this.frame?.count ?? 0));
-    this.under.visible = !this.uniforms.dots.value;
+    this.fill(!this.uniforms.dots.value);
+  }
+
+  private fill(wanted: boolean): void {
+    this.under.visible = wanted && (this.frame?.count ?? 0) <= FILLED;
   }
 
   /** Leaves discs out that are seen from behind: from a point, or along a direction. */
@@ -226,7 +232,7 @@ export class Discs {
     update(this.near, used);
     this.geometry.setIndex(this.near);
     this.geometry.setDrawRange(0, used);
-    this.under.visible = true;
+    this.fill(true);
   }
 
   /** Leaves out what is beyond a plane: normal and offset; null: nothing. */
