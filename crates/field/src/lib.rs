@@ -30,6 +30,7 @@ pub mod testkit;
 pub mod text;
 pub mod vector;
 pub mod vm;
+pub mod wide;
 
 /// Where code is downloaded before it runs, one copy of a loop serves all that it could be compiled for apart. Results have the
 /// same bits.

@@ -22,6 +22,7 @@ use single::Single;
 use crate::FieldError;
 use crate::math;
 use crate::surface::{Aabb, Cells, Surface};
+use crate::wide::{Double, Wide};
 pub(crate) use near::Near;
 pub(crate) use recipe::Recipe;
 pub(crate) use terms::Terms;
@@ -55,6 +56,8 @@ const CHUNK: usize = 1024;
 
 /// Lanes of a block.
 const LANES: usize = 16;
+/// Vectors that hold them.
+const PARTS: usize = LANES / Double::WIDTH;
 
 /// A sum of bumps at fixed parameters, as a surface.
 #[derive(Debug)]
@@ -261,40 +264,58 @@ impl NullaryFnOnce for Block<'_> {
     #[inline(always)]
     fn call(self) -> Self::Output {
         let Self { offset, bumps, points } = self;
+        let c = Double::splat;
         let x = columns(points);
         // A point that is no number has no value either, even where no bump is near it.
-        let mut f = [offset; LANES];
+        let mut values = [offset; LANES];
         for j in 0..LANES {
             if (x[0][j] + x[1][j] + x[2][j]).is_nan() {
-                f[j] = f64::NAN;
+                values[j] = f64::NAN;
             }
         }
-        let mut g = [[0.0; LANES]; 3];
+        let none = [c(0.0); PARTS];
+        let (mut f, mut g, mut x3) = (none, [none; 3], [none; 3]);
+        for j in 0..PARTS {
+            f[j] = Double::load(&values[j * Double::WIDTH..]);
+            for a in 0..3 {
+                x3[a][j] = Double::load(&x[a][j * Double::WIDTH..]);
+            }
+        }
+        let [x, y, z] = x3;
         for b in bumps {
-            let [wx, wy, wz] = b.weight;
-            let [cx, cy, cz] = b.center;
-            let mut d = [[0.0; LANES]; 3];
-            let mut u = [0.0; LANES];
-            for j in 0..LANES {
-                d[0][j] = x[0][j] - cx;
-                d[1][j] = x[1][j] - cy;
-                d[2][j] = x[2][j] - cz;
-                u[j] = b.level
+            let [wx, wy, wz] = b.weight.map(c);
+            let [cx, cy, cz] = b.center.map(c);
+            let (mut d, mut u) = ([none; 3], none);
+            for j in 0..PARTS {
+                d[0][j] = x[j] - cx;
+                d[1][j] = y[j] - cy;
+                d[2][j] = z[j] - cz;
+                u[j] = c(b.level)
                     - (wx * (d[0][j] * d[0][j]) + wy * (d[1][j] * d[1][j]) + wz * (d[2][j] * d[2][j]));
             }
-            for j in 0..LANES {
-                u[j] = b.factor * math::exp(u[j]);
+            for u in &mut u {
+                *u = c(b.factor) * math::exps(*u);
             }
-            for j in 0..LANES {
+            for j in 0..PARTS {
                 f[j] += u[j];
-                let e = -2.0 * u[j];
+                let e = c(-2.0) * u[j];
                 g[0][j] += e * (wx * d[0][j]);
                 g[1][j] += e * (wy * d[1][j]);
                 g[2][j] += e * (wz * d[2][j]);
             }
         }
-        (f, g)
+        (unpacked(f), g.map(unpacked))
     }
+}
+
+/// The lanes as an array.
+#[inline(always)]
+fn unpacked(parts: [Double; PARTS]) -> [f64; LANES] {
+    let mut lanes = [0.0; LANES];
+    for (j, part) in parts.into_iter().enumerate() {
+        part.store(&mut lanes[j * Double::WIDTH..]);
+    }
+    lanes
 }
 
 /// Points next to each other as columns; the last one is repeated.

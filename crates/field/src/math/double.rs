@@ -1,5 +1,7 @@
 //! Selects, bit tricks and unevaluated sums of two doubles.
 
+use crate::wide::WideDouble;
+
 /// 1.5 * 2^52. Adding it to |x| < 2^51 leaves x rounded to an integer (ties to even) in the low mantissa bits: the
 /// conversion that every vector unit has, where `as i64` is a scalar loop below AVX-512DQ.
 pub(super) const MAGIC: f64 = 6_755_399_441_055_744.0;
@@ -34,8 +36,8 @@ pub(super) fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// a + b = s + e exactly, for |a| >= |b| or a = 0.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-pub(super) fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+#[inline(always)]
+pub(super) fn fast_two_sum<T: WideDouble>(a: T, b: T) -> (T, T) {
     let s = a + b;
     (s, b - (s - a))
 }
@@ -52,19 +54,20 @@ pub(super) fn two_prod(a: f64, b: f64) -> (f64, f64) {
 }
 
 /// c0 + c1 x + c2 x^2 + ...: Horner's scheme in x^2 for the even and the odd terms, two shorter chains side by side.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-pub(super) fn poly<const N: usize>(x: f64, c: &[f64; N]) -> f64 {
+#[inline(always)]
+pub(super) fn poly<T: WideDouble, const N: usize>(x: T, c: &[f64; N]) -> T {
     let y = x * x;
-    let (mut a, mut b) = (c[N - 1], c[N - 2]);
+    let c = |i: usize| T::splat(c[i]);
+    let (mut a, mut b) = (c(N - 1), c(N - 2));
     let mut i = N - 2;
     // a holds the terms of the parity of N - 1, b the others
     while i >= 2 {
-        a = a * y + c[i - 1];
-        b = b * y + c[i - 2];
+        a = a * y + c(i - 1);
+        b = b * y + c(i - 2);
         i -= 2;
     }
     if i == 1 {
-        a = a * y + c[0];
+        a = a * y + c(0);
         a + b * x
     } else {
         b + a * x

@@ -1,6 +1,7 @@
 //! The exponential and the hyperbolic functions.
 
 use super::double::{MAGIC, fast_two_sum, poly, sel, xor_sign};
+use crate::wide::WideDouble;
 
 const LOG2_E: f64 = core::f64::consts::LOG2_E;
 /// ln 2 in two parts; the first has 32 bits, so that k times it is exact for |k| < 2^21.
@@ -20,42 +21,53 @@ const EXP_POLY: [f64; 10] = [
 ];
 
 /// x + lo = k ln 2 + r with |r| <= ln(2) / 2, |k| <= 1077. `hi` + `lo` = e^r - 1, `bits` holds k as [`MAGIC`] does.
-struct Reduced {
-    bits: u64,
-    hi: f64,
-    lo: f64,
+struct Reduced<T> {
+    bits: T,
+    hi: T,
+    lo: T,
 }
 
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn reduce(x: f64, lo: f64) -> Reduced {
-    let t = x * LOG2_E + MAGIC;
-    let k = t - MAGIC;
-    let a = x - k * LN2[0];
-    let b = k * LN2[1] - lo;
+#[inline(always)]
+fn reduce<T: WideDouble>(x: T, lo: T) -> Reduced<T> {
+    let (c, magic) = (T::splat, T::splat(MAGIC));
+    let t = x * c(LOG2_E) + magic;
+    let k = t - magic;
+    let a = x - k * c(LN2[0]);
+    let b = k * c(LN2[1]) - lo;
     let r = a - b;
     let tail = (a - r) - b;
-    Reduced { bits: t.to_bits(), hi: r, lo: r * r * poly(r, &EXP_POLY) + tail }
+    Reduced { bits: t, hi: r, lo: r * r * poly(r, &EXP_POLY) + tail }
 }
 
 /// 2^a and 2^b with a + b = k + shift, so that neither factor overflows where their product with [0.7, 1.5] does not.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-fn powers(bits: u64, shift: i64) -> (f64, f64) {
-    let e = bits.wrapping_sub(MAGIC.to_bits()).wrapping_add((2046 + shift) as u64);
-    let a = (e >> 1) & 0x7ff;
-    let b = e.wrapping_sub(a);
-    (f64::from_bits(a << 52), f64::from_bits(b << 52))
+#[inline(always)]
+fn powers<T: WideDouble>(bits: T, shift: i64) -> (T, T) {
+    let sum = move |bits: u64| bits.wrapping_sub(MAGIC.to_bits()).wrapping_add((2046 + shift) as u64);
+    let half = move |bits: u64| (sum(bits) >> 1) & 0x7ff;
+    (bits.map_bits(|b| half(b) << 52), bits.map_bits(|b| sum(b).wrapping_sub(half(b)) << 52))
 }
 
 /// e^(x + lo) for |lo| <= ulp(x); x beyond the range of results is cut, NaN stays NaN.
-#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
-pub(super) fn exp_pair(x: f64, lo: f64) -> f64 {
-    let high = x > 710.0;
-    let low = x < -746.0;
-    let x = sel(high, 710.0, sel(low, -746.0, x));
+#[inline(always)]
+fn exp_pairs<T: WideDouble>(x: T, lo: T) -> T {
+    let (least, most) = (T::splat(-746.0), T::splat(710.0));
+    let x = most.if_less(x, most, x.if_less(least, least, x));
     let r = reduce(x, lo);
-    let (s, e) = fast_two_sum(1.0, r.hi);
+    let (s, e) = fast_two_sum(T::splat(1.0), r.hi);
     let (a, b) = powers(r.bits, 0);
     (s + (e + r.lo)) * a * b
+}
+
+/// [`exp_pairs`] of one number.
+#[cfg_attr(not(target_arch = "wasm32"), inline(always))]
+pub(super) fn exp_pair(x: f64, lo: f64) -> f64 {
+    exp_pairs(x, lo)
+}
+
+/// [`exp`] of several numbers.
+#[inline(always)]
+pub(crate) fn exps<T: WideDouble>(x: T) -> T {
+    exp_pairs(x, T::splat(0.0))
 }
 
 /// e^x. Overflows to +inf above 709.78, underflows through the subnormals to 0 below -745.13.

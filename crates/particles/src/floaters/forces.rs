@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use isoswarm_field::wide::{Single, Wide, WideSingle};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -111,14 +112,19 @@ pub(super) fn forces(
 const CHUNK: usize = 1024;
 /// Pairs that are evaluated together: a fixed number, so that no vector width changes a sum.
 const LANES: usize = 8;
+/// Vectors that hold them.
+const PARTS: usize = LANES / Single::WIDTH;
+/// A [`Places`]' row.
+type Row = <Single as WideSingle>::Row;
 /// Where the energies end, in u = d²/2σ².
 const END: f32 = (0.5 * CUTOFF * CUTOFF) as f32;
 
 /// Floaters in single precision, a quarter of the loads and conversions of double precision.
 struct Places {
-    /// For each floater its place from the middle in half sizes of the swarm, and the square of the least σ over its own; then one that is
-    /// out of everybody's reach, for lanes without a neighbour.
-    rows: Vec<[f32; 4]>,
+    /// For each floater its place and its σ ([`Self::row`]); then one that is out of everybody's reach, for lanes without a neighbour.
+    rows: Vec<Row>,
+    /// The middle of the swarm.
+    middle: V3,
     /// Half the size of the swarm.
     size: f64,
     /// The least σ.
@@ -141,14 +147,20 @@ impl Places {
         }
         let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
         let size = (0..3).map(|a| hi[a] - middle[a]).fold(least, f64::max);
-        let (per_size, coarse) = (1.0 / size, size > FINE * least);
-        let row = |(p, s): (&V3, &f64)| {
-            let [x, y, z] = [0, 1, 2].map(|a| ((p[a] - middle[a]) * per_size) as f32);
-            [x, y, z, ((least / s) * (least / s)) as f32]
-        };
-        let mut rows: Vec<[f32; 4]> = points.iter().zip(sigma).map(row).collect();
-        rows.push([OUT, 0.0, 0.0, 0.0]);
-        Self { rows, size, least, coarse }
+        let mut places = Self { rows: Vec::new(), middle, size, least, coarse: size > FINE * least };
+        let row = |(&p, &s): (&V3, &f64)| Single::row(places.row(p, middle, s));
+        let mut rows: Vec<Row> = points.iter().zip(sigma).map(row).collect();
+        rows.push(Single::row([OUT, 0.0, 0.0, 0.0]));
+        places.rows = rows;
+        places
+    }
+
+    /// The place of a floater from `origin` in half sizes of the swarm, and the square of the least σ over its own.
+    #[inline(always)]
+    fn row(&self, p: V3, origin: V3, sigma: f64) -> [f32; 4] {
+        let per_size = 1.0 / self.size;
+        let [x, y, z] = [0, 1, 2].map(|a| ((p[a] - origin[a]) * per_size) as f32);
+        [x, y, z, ((self.least / sigma) * (self.least / sigma)) as f32]
     }
 }
 
@@ -170,76 +182,106 @@ impl pulp::NullaryFnOnce for Sums<'_> {
 
     #[inline(always)]
     fn call(self) {
-        let places = self.places;
         for k in 0..self.force.len() {
-            let i = self.first + k;
-            self.force[k] = if places.coarse {
-                let (p, per_size) = (self.points[i], 1.0 / places.size);
-                self.sum(i, [0.0; 3], |j| match self.points.get(j) {
-                    Some(q) => {
-                        let [x, y, z] = [0, 1, 2].map(|a| ((q[a] - p[a]) * per_size) as f32);
-                        [x, y, z, places.rows[j][3]]
-                    }
-                    None => places.rows[j],
-                })
-            } else {
-                let [x, y, z, _] = places.rows[i];
-                self.sum(i, [x, y, z], |j| places.rows[j])
-            };
+            self.force[k] = self.sum(self.first + k);
         }
     }
 }
 
 impl Sums<'_> {
-    /// The force on floater `i`, whose place is `p`; `row` gives the others'.
+    /// The force on floater `i`.
     #[inline(always)]
-    fn sum(&self, i: usize, p: [f32; 3], row: impl Fn(usize) -> [f32; 4]) -> Force {
+    fn sum(&self, i: usize) -> Force {
         let Self { points, normals, alpha, places, .. } = self;
+        let Places { rows, middle, coarse, .. } = places;
+        let origin = if *coarse { points[i] } else { *middle };
         let own = self.sigma[i];
-        let unit = (places.size / own) as f32;
-        let square = ((own / places.least) * (own / places.least)) as f32;
-        let (mut sum, mut energy, mut slope) = ([[0.0f32; LANES]; 3], [0.0f32; LANES], [0.0f32; LANES]);
+        let [x, y, z, _] = places.row(points[i], origin, own).map(Single::splat);
+        let unit = Single::splat((places.size / own) as f32);
+        let square = Single::splat(((own / places.least) * (own / places.least)) as f32);
+        let none = [Single::splat(0.0); PARTS];
+        // Force, energy and slope.
+        let mut sums = [none; 5];
         for some in self.lists.of(i).chunks(LANES) {
-            let entries = full(some, (places.rows.len() - 1) as u32);
-            // As columns; loops, because what takes closures is not always inlined, and then without wide vectors.
-            let (mut x, mut y, mut z, mut ratio) =
-                ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
-            let mut marks = 0;
-            for l in 0..LANES {
-                let near = row((entries[l] & !Neighbors::MARK) as usize);
-                (x[l], y[l], z[l], ratio[l]) = (near[0], near[1], near[2], near[3]);
-                marks |= entries[l];
-            }
-            let mut part = [1.0f32; LANES];
+            let mut at = full(some, (places.rows.len() - 1) as u32);
+            let mut part = [Single::splat(1.0); PARTS];
             // Marked ones come last.
-            if marks & Neighbors::MARK != 0 {
-                for (part, entry) in part.iter_mut().zip(entries) {
-                    if entry & Neighbors::MARK != 0 {
-                        let j = (entry & !Neighbors::MARK) as usize;
+            if some[some.len() - 1] & Neighbors::MARK != 0 {
+                let mut shares = [1.0f32; LANES];
+                for (part, at) in shares.iter_mut().zip(&mut at) {
+                    if *at & Neighbors::MARK != 0 {
+                        *at &= !Neighbors::MARK;
+                        let j = *at as usize;
                         *part = share(points[i], points[j], normals[i], normals[j]) as f32;
                     }
                 }
+                for l in 0..PARTS {
+                    part[l] = Single::load(&shares[l * Single::WIDTH..]);
+                }
             }
-            for l in 0..LANES {
-                let (x, y, z) = ((p[0] - x[l]) * unit, (p[1] - y[l]) * unit, (p[2] - z[l]) * unit);
-                let ratio = ratio[l] * square;
-                let u = 0.5 * (x * x + y * y + z * z);
+            let seen;
+            let rows = if *coarse {
+                seen = self.fine(i, &mut at);
+                &seen
+            } else {
+                &rows[..]
+            };
+            // As columns; loops, because what takes closures is not always inlined, and then without wide vectors.
+            let mut near = [none; 4];
+            for l in 0..PARTS {
+                let columns = Single::columns(rows, &at[l * Single::WIDTH..]);
+                (near[0][l], near[1][l], near[2][l], near[3][l]) =
+                    (columns[0], columns[1], columns[2], columns[3]);
+            }
+            for l in 0..PARTS {
+                let (x, y, z) = ((x - near[0][l]) * unit, (y - near[1][l]) * unit, (z - near[2][l]) * unit);
+                let ratio = near[3][l] * square;
+                let u = Single::splat(0.5) * (x * x + y * y + z * z);
                 let (ij, ji) = (part[l] * faded(u), part[l] * faded(u * ratio));
                 // Eq. 9 with r^ji = -r^ij: (σ^i)² [r^ij/(σ^i)² E^ij + r^ij/(σ^j)² E^ji].
                 let push = ij + ji * ratio;
-                sum[0][l] += push * x;
-                sum[1][l] += push * y;
-                sum[2][l] += push * z;
-                energy[l] += ij;
-                slope[l] += if u < END { u * ij } else { 0.0 };
+                sums[0][l] += push * x;
+                sums[1][l] += push * y;
+                sums[2][l] += push * z;
+                sums[3][l] += ij;
+                sums[4][l] += u.if_less(Single::splat(END), u * ij, Single::splat(0.0));
             }
         }
+        // Hidden, for else the compiler takes the vectors apart in the loop already.
+        let [x, y, z, energy, slope] = totals(std::hint::black_box(&sums));
         Force {
-            desired: sum.map(|s| alpha * own * fold(s)),
-            energy: alpha * fold(energy),
-            energy_by_sigma: 2.0 * alpha / own * fold(slope),
+            desired: [alpha * own * x, alpha * own * y, alpha * own * z],
+            energy: alpha * energy,
+            energy_by_sigma: 2.0 * alpha / own * slope,
         }
     }
+
+    /// The rows of floaters, as far as there are such, seen from floater `i`; `at` then says where in them they are.
+    #[cold]
+    fn fine(&self, i: usize, at: &mut [u32; LANES]) -> [Row; LANES] {
+        let mut rows = [self.places.rows[self.points.len()]; LANES];
+        for l in 0..LANES {
+            if let Some(&q) = self.points.get(at[l] as usize) {
+                rows[l] = Single::row(self.places.row(q, self.points[i], self.sigma[at[l] as usize]));
+            }
+            at[l] = l as u32;
+        }
+        rows
+    }
+}
+
+/// The sums over all lanes.
+#[inline(always)]
+fn totals(sums: &[[Single; PARTS]; 5]) -> [f64; 5] {
+    let mut totals = [0.0; 5];
+    for (total, parts) in totals.iter_mut().zip(sums) {
+        let mut lanes = [0.0; LANES];
+        for l in 0..PARTS {
+            parts[l].store(&mut lanes[l * Single::WIDTH..]);
+        }
+        *total = fold(lanes);
+    }
+    totals
 }
 
 /// A chunk of a list as full lanes; those without a neighbour have `none`.
@@ -257,9 +299,9 @@ fn full(some: &[u32], none: u32) -> [u32; LANES] {
 
 /// exp(-u), cut off.
 #[inline(always)]
-fn faded(u: f32) -> f32 {
-    let e = gauss_single(if u < END { u } else { END });
-    if u < END { e } else { 0.0 }
+fn faded(u: Single) -> Single {
+    let end = Single::splat(END);
+    u.if_less(end, gauss_single(u.if_less(end, u, end)), Single::splat(0.0))
 }
 
 #[cfg(test)]
