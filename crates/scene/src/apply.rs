@@ -31,6 +31,8 @@ pub struct Change {
     pub parameters: bool,
     /// The number of the pin that was made.
     pub pin: Option<u64>,
+    /// The numbers of the pins that were taken away, for the surface is not where they are any more.
+    pub lost: Vec<u64>,
     /// How a drag went.
     pub drag: Option<DragReport>,
     /// How a fit went.
@@ -199,6 +201,7 @@ impl Scene {
             all.model |= change.model;
             all.parameters |= change.parameters;
             all.pin = change.pin.or(all.pin);
+            all.lost.extend(change.lost);
             all.drag = change.drag.or(all.drag);
             all.fit = change.fit.or(all.fit);
             all.transfer = change.transfer.or(all.transfer);
@@ -515,7 +518,18 @@ impl Scene {
         (self.now.state.field, self.now.state.rest) = (field, rest);
         self.resettle(what)?;
         self.learn_functions(&model);
-        Ok(Change { model: true, parameters: true, ..Change::default() })
+        let lost = self.lose_pins()?;
+        Ok(Change { model: true, parameters: true, lost, ..Change::default() })
+    }
+
+    /// Takes away the pins that are farther than a spacing from the surface of a model that is another one now, and gives their numbers:
+    /// they would pull what is left of it to where a part was.
+    fn lose_pins(&mut self) -> Result<Vec<u64>, Error> {
+        let (off, far) = (self.now.residuals()?, self.now.state.spacing);
+        let pins = self.now.state.pins.iter().zip(off);
+        let lost: Vec<u64> = pins.filter(|(_, off)| *off > far).map(|(p, _)| p.id).collect();
+        self.now.state.pins.retain(|p| !lost.contains(&p.id));
+        Ok(lost)
     }
 
     fn turn_back(&mut self, undo: bool) -> Result<Change, Error> {

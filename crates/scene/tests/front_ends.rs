@@ -238,3 +238,25 @@ fn a_hidden_part_is_out_of_the_surface_and_comes_back_as_it_was() {
     s.apply(hide("sphere", true)).unwrap();
     assert!(right(&s) == s.frame().floaters.len());
 }
+
+#[test]
+fn pins_go_with_the_part_that_they_are_on() {
+    let mut s = scene("sphere(r=1) | translate(box(1, 1, 1), x=3)");
+    for at in [[0.0, 0.0, 1.0], [3.5, 0.1, 0.2]] {
+        s.apply(Command::Pin { at, name: None, weight: 1.0, softness: 0.0, along: None, grip: None }).unwrap();
+    }
+    let pins = |s: &Scene| s.frame().pins.iter().map(|p| p.id).collect::<Vec<_>>();
+    let both = pins(&s);
+    let values = |s: &Scene| s.field().parameters().iter().map(|p| p.value).collect::<Vec<_>>();
+    let before = values(&s);
+    let lost = s.apply(Command::Hide { path: "translate".into(), hidden: true }).unwrap().lost;
+    assert_eq!((lost, pins(&s)), (vec![both[1]], vec![both[0]]));
+    // What is left is not pulled to where the part was.
+    s.apply(Command::Step { count: 20 }).unwrap();
+    assert!(values(&s).iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-9));
+    s.apply(Command::Undo {}).unwrap();
+    assert_eq!(pins(&s), both);
+    assert_eq!(s.apply(Command::Remove { path: "sphere".into() }).unwrap().lost, [both[0]]);
+    // A copy that lies on the surface leaves the pins on it.
+    assert!(s.apply(Command::Duplicate { path: "translate".into(), name: None }).unwrap().lost.is_empty());
+}

@@ -153,6 +153,8 @@ export interface Change {
   parameters: boolean;
   /** The number of the pin that was made. */
   pin: number | null;
+  /** The numbers of the pins that were taken away, for the surface is not where they are any more. */
+  lost: number[];
   drag: DragReport | null;
   fit: FitReport | null;
   transfer: TransferReport | null;

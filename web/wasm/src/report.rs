@@ -8,6 +8,7 @@ pub fn change(c: &Change) -> Value {
         "model": c.model,
         "parameters": c.parameters,
         "pin": c.pin,
+        "lost": c.lost,
         "drag": c.drag.as_ref().map(drag),
         "fit": c.fit.as_ref().map(fit),
         "transfer": c.transfer.as_ref().map(transfer),

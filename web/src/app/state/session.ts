@@ -186,6 +186,11 @@ export async function apply(command: Command): Promise<Change | null> {
   try {
     const { change, state } = await withBar('Working', options => ask('apply', { command }, options), LONG);
     adopt(state);
+    const lost = change.lost.length;
+    if (lost > 0) {
+      const pins = lost === 1 ? 'A pin is taken away: the surface is no longer there.' : `${lost} pins are taken away: the surface is no longer there.`;
+      say(pins, { action: { label: 'Undo', run: () => void undo() } });
+    }
     return change;
   } catch (error) {
     const settings = { ...scene.value?.settings, bounds: roomy() };
