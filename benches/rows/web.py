@@ -18,7 +18,7 @@ def rows(options: Options) -> list[Row]:
     found = json.loads(done.stdout)
     options.log("browser: wall time, one worker")
     steps, drag, load = found["steps20"]["rate"], found["drag5"]["median"], found["page"]
-    kilobytes = found["size"]["gzip"] / 1024
+    size = {form: found["size"][form] / 1024 for form in ("brotli", "gzip")}
     where = "Chromium, headless"
     many = found["steps50"]["rate"]
     return [
@@ -35,5 +35,8 @@ def rows(options: Options) -> list[Row]:
         Row("whole step, 16 blobs, 50,000 floaters", f"{number(many)} steps/s", where, many, "1/s", 40.0, 40.0),
         Row("hand to moved surface, 5,000 floaters", f"{number(drag)} ms", where, drag, "ms", 50.0, 25.0, more=False),
         Row("the Studio, to first discs, warm", f"{number(load)} ms", where, load, "ms", 1500.0, 700.0, more=False),
-        Row("WebAssembly, gzip", f"{number(kilobytes)} KB", where, kilobytes, "KB", 400.0, 200.0, more=False),
+        *(
+            Row(f"WebAssembly, {form}", f"{number(kilobytes)} KB", where, kilobytes, "KB", 400.0, 200.0, more=False)
+            for form, kilobytes in size.items()
+        ),
     ]
