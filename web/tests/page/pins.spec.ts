@@ -1,5 +1,5 @@
 /** Taking hold of the surface. */
-import { centre, expect, look, middle, openFormula, pinAt, pull, rest, saved, test, value } from './studio.ts';
+import { centre, choose, expect, look, middle, openFormula, pinAt, pull, rest, saved, test, value } from './studio.ts';
 
 test('a click sets a pin, a drag moves the surface, undo brings it back', async ({ studio }) => {
   await openFormula(studio, 'sphere(1)');
@@ -22,6 +22,20 @@ test('a click sets a pin, a drag moves the surface, undo brings it back', async 
   await expect(studio.locator('button.pin')).toHaveCount(0);
   await studio.keyboard.press('Control+Shift+z');
   await expect(studio.locator('button.pin')).toHaveCount(1);
+});
+
+test('a pin goes with the part that it is on, and the page offers it back', async ({ studio }) => {
+  await openFormula(studio, 'sphere(1) | translate(sphere(0.5), x=2)');
+  await choose(studio, 'Translate');
+  const at = await middle(studio);
+  const { box } = await look(studio);
+  await pinAt(studio, box.right - 40, at.y);
+  await studio.getByRole('button', { name: 'Hide Translate' }).click();
+  await expect(studio.locator('button.pin')).toHaveCount(0);
+  const said = studio.locator('.toast', { hasText: 'A pin is taken away' });
+  await said.getByRole('button', { name: 'Undo' }).click();
+  await expect(studio.locator('button.pin')).toHaveCount(1);
+  await expect(studio.getByRole('treeitem', { name: 'Translate', exact: true })).toBeVisible();
 });
 
 test('a click beside the surface sets nothing, and so does the look tool', async ({ studio }) => {
