@@ -243,7 +243,8 @@ fn a_hidden_part_is_out_of_the_surface_and_comes_back_as_it_was() {
 fn pins_go_with_the_part_that_they_are_on() {
     let mut s = scene("sphere(r=1) | translate(box(1, 1, 1), x=3)");
     for at in [[0.0, 0.0, 1.0], [3.5, 0.1, 0.2]] {
-        s.apply(Command::Pin { at, name: None, weight: 1.0, softness: 0.0, along: None, grip: None }).unwrap();
+        s.apply(Command::Pin { at, name: None, weight: 1.0, softness: 0.0, along: None, grip: None })
+            .unwrap();
     }
     let pins = |s: &Scene| s.frame().pins.iter().map(|p| p.id).collect::<Vec<_>>();
     let both = pins(&s);

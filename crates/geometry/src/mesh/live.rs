@@ -2,7 +2,7 @@
 //!
 //! From frame to frame most edges stay. Dead vertices are collapsed into a neighbour, newborn ones put into the triangle
 //! they lie over, and edges flipped until the mesh is Delaunay again. Where the surface has changed its topology, triangles no
-//! longer face as their vertices do: then all is stitched anew.
+//! longer face as their vertices do: there it is stitched anew, and everywhere if that does not join what is around it.
 
 use isoswarm_field::Aabb;
 use isoswarm_field::arrange::Arrange;
@@ -20,6 +20,12 @@ const LEVEL: f64 = 0.3;
 const LONGEST: f64 = 3.0;
 /// Newborn vertices and dead ones, as a part of all, from which on stitching anew is faster.
 const MANY: f64 = 0.1;
+/// Triangles with a vertex this close to a place that is stitched anew are replaced, in spacings,
+const INNER: f64 = 3.0;
+/// and vertices this close take part, so that the replaced ones are what they would be if all did.
+const OUTER: f64 = 7.0;
+/// Where more than this part of all vertices takes part, all do.
+const MOST: f64 = 0.5;
 /// A vertex this close to a face of the bounds, in spacings, is on it.
 const ON_FACE: f64 = 1e-3;
 
@@ -32,6 +38,8 @@ pub struct LiveUpdate {
     pub died: usize,
     /// Edges flipped.
     pub flips: usize,
+    /// Vertices whose triangles were stitched anew; 0 where none or all were.
+    pub restitched: usize,
     /// Whether everything was stitched anew.
     pub stitched: bool,
     /// Edges with one triangle that do not lie on the bounds, and vertices without a triangle: 0 for a mesh without holes.
@@ -78,18 +86,22 @@ impl LiveMesh {
             "a normal and an identity for each point"
         );
         let mut out = LiveUpdate::default();
-        let follows = !self.mesh.faces.is_empty() && self.follow(points, normals, ids, spacing, &mut out);
+        let mut follows = !self.mesh.faces.is_empty() && self.follow(points, normals, ids, spacing, &mut out);
+        self.mesh.points = points.to_vec();
+        self.mesh.normals = normals.to_vec();
+        self.mesh.ids = ids.to_vec();
+        if follows {
+            out.open = self.open(spacing);
+            follows = out.restitched == 0 || out.open == 0;
+        }
         if !follows {
-            out.stitched = true;
+            (out.stitched, out.restitched) = (true, 0);
             let faces = stitch(points, normals, &self.bounds, &[spacing]).faces;
             let mut triangles = Triangles::new(faces);
             out.flips += triangles.delaunay(points, |_, _| false);
             (self.mesh.faces, self.across) = (triangles.faces, triangles.across);
+            out.open = self.open(spacing);
         }
-        self.mesh.points = points.to_vec();
-        self.mesh.normals = normals.to_vec();
-        self.mesh.ids = ids.to_vec();
-        out.open = self.open(spacing);
         out
     }
 
@@ -106,6 +118,8 @@ impl LiveMesh {
             faces: std::mem::take(&mut self.mesh.faces),
             across: std::mem::take(&mut self.across),
         };
+        // Around these the triangles are not known.
+        let mut spots = Vec::new();
         if self.mesh.ids != ids {
             let (now, born) = renumber(&self.mesh.ids, ids);
             let dead: Vec<u32> = (0..now.len() as u32).filter(|&v| now[v as usize] == NONE).collect();
@@ -113,18 +127,30 @@ impl LiveMesh {
             if (born.len() + dead.len()) as f64 > MANY * ids.len() as f64 {
                 return false;
             }
-            if !bury(&mut triangles, &self.mesh.points, &dead) {
-                return false;
-            }
+            bury(&mut triangles, &self.mesh.points, &dead);
             triangles.faces.iter_mut().for_each(|f| *f = f.map(|v| now[v as usize]));
-            if !bear(&mut triangles, points, normals, &born, spacing) {
-                return false;
+            let torn: Vec<bool> = triangles.faces.iter().map(|f| f.contains(&NONE)).collect();
+            if torn.contains(&true) {
+                let of_torn =
+                    triangles.faces.iter().zip(&torn).filter(|(_, torn)| **torn).flat_map(|(f, _)| f);
+                spots.extend(of_torn.filter(|v| **v != NONE));
+                triangles.drop_faces(&torn);
             }
+            bear(&mut triangles, points, normals, &born, spacing, &mut spots);
         }
         out.flips = triangles.delaunay(points, |_, _| false);
-        let sound = triangles.faces.par_iter().with_min_len(4096).all(|f| fits(f, points, normals, spacing));
+        let misfit = |f: &&[u32; 3]| !fits(f, points, normals, spacing);
+        let misfits: Vec<&[u32; 3]> = triangles.faces.par_iter().with_min_len(4096).filter(misfit).collect();
+        spots.extend(misfits.into_iter().flatten());
+        let followed = spots.is_empty() || {
+            spots.arrange();
+            spots.dedup();
+            let done = restitch(&mut triangles, &spots, points, normals, &self.bounds, spacing);
+            out.restitched = done.unwrap_or(0);
+            done.is_some()
+        };
         (self.mesh.faces, self.across) = (triangles.faces, triangles.across);
-        sound
+        followed
     }
 
     /// Edges off the bounds with one face, and vertices without one.
@@ -185,10 +211,47 @@ fn fits(f: &[u32; 3], points: &[V3], normals: &[V3], spacing: f64) -> bool {
         && distance(c, a) < most
 }
 
-/// Collapses dead vertices into their nearest neighbours. Whether all could be.
-fn bury(triangles: &mut Triangles, points: &[V3], dead: &[u32]) -> bool {
+/// Stitches the surroundings of some vertices anew; how many vertices have new triangles. `None` where they are too many.
+fn restitch(
+    triangles: &mut Triangles,
+    spots: &[u32],
+    points: &[V3],
+    normals: &[V3],
+    bounds: &Aabb,
+    spacing: f64,
+) -> Option<usize> {
+    let (inner, outer) = (INNER * spacing, OUTER * spacing);
+    let grid = Grid::new(points, None, outer);
+    let (mut near, mut takes_part) = (vec![false; points.len()], vec![false; points.len()]);
+    for &spot in spots {
+        let p = points[spot as usize];
+        grid.near(p, outer, |v| {
+            let d = distance(points[v as usize], p);
+            near[v as usize] |= d < inner;
+            takes_part[v as usize] |= d < outer;
+        });
+    }
+    let local: Vec<u32> = (0..points.len() as u32).filter(|&v| takes_part[v as usize]).collect();
+    if local.len() as f64 > MOST * points.len() as f64 {
+        return None;
+    }
+    let pick = |from: &[V3]| local.iter().map(|&v| from[v as usize]).collect::<Vec<V3>>();
+    let (local_points, local_normals) = (pick(points), pick(normals));
+    let mut patch = Triangles::new(stitch(&local_points, &local_normals, bounds, &[spacing]).faces);
+    patch.delaunay(&local_points, |_, _| false);
+    let replaced = |f: &[u32; 3]| f.iter().any(|&v| near[v as usize]);
+    let mut faces = std::mem::take(&mut triangles.faces);
+    faces.retain(|f| !replaced(f));
+    let new = patch.faces.into_iter().map(|f| f.map(|v| local[v as usize]));
+    faces.extend(new.filter(replaced));
+    *triangles = Triangles::new(faces);
+    Some(near.iter().filter(|n| **n).count())
+}
+
+/// Collapses dead vertices into their nearest neighbours, as far as that can be done.
+fn bury(triangles: &mut Triangles, points: &[V3], dead: &[u32]) {
     if dead.is_empty() {
-        return true;
+        return;
     }
     let mut face_of = vec![NONE; points.len()];
     for (f, v) in triangles.faces.iter().enumerate() {
@@ -200,11 +263,11 @@ fn bury(triangles: &mut Triangles, points: &[V3], dead: &[u32]) -> bool {
         if face_of[v as usize] == NONE {
             continue;
         }
-        let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { return false };
+        let Some(fan) = triangles.fan(v, face_of[v as usize] as usize) else { continue };
         let mut order: Vec<usize> = (0..fan.len()).collect();
         let way = |k: &usize| distance(points[fan[*k].1 as usize], points[v as usize]);
         order.arrange_by(|i, j| way(i).total_cmp(&way(j)).then(i.cmp(j)));
-        let Some(&k) = order.iter().find(|&&k| triangles.may_collapse(&fan, k)) else { return false };
+        let Some(&k) = order.iter().find(|&&k| triangles.may_collapse(&fan, k)) else { continue };
         triangles.collapse(v, &fan, k);
         let n = fan.len();
         let (f, g) = (fan[k].0, fan[(k + n - 1) % n].0);
@@ -214,24 +277,24 @@ fn bury(triangles: &mut Triangles, points: &[V3], dead: &[u32]) -> bool {
             let w = fan[j].1;
             let stays = |j: usize| (fan[j].0 != f && fan[j].0 != g).then_some(fan[j].0);
             // Both faces at this neighbour may be gone; the one over the edge is not.
-            let other = stays(j).or_else(|| stays((j + n - 1) % n));
-            match other {
-                Some(h) => face_of[w as usize] = h,
-                None => {
-                    let Some(h) = (0..n).find_map(stays) else { return false };
-                    face_of[w as usize] = h;
-                }
-            }
+            let other = stays(j).or_else(|| stays((j + n - 1) % n)).or_else(|| (0..n).find_map(stays));
+            face_of[w as usize] = other.unwrap_or(NONE);
         }
     }
     triangles.drop_faces(&gone);
-    true
 }
 
-/// Puts new vertices into the triangles that they lie over. Whether all could be.
-fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], spacing: f64) -> bool {
+/// Puts new vertices into the triangles that they lie over; those that lie over none are added to `spots`.
+fn bear(
+    triangles: &mut Triangles,
+    points: &[V3],
+    normals: &[V3],
+    born: &[u32],
+    spacing: f64,
+    spots: &mut Vec<u32>,
+) {
     if born.is_empty() {
-        return true;
+        return;
     }
     let mut face_of = vec![NONE; points.len()];
     for (f, v) in triangles.faces.iter().enumerate() {
@@ -257,7 +320,10 @@ fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], 
                 break;
             }
         }
-        let Some(f) = found else { return false };
+        let Some(f) = found else {
+            spots.push(u);
+            continue;
+        };
         triangles.insert(f, u);
         face_of[u as usize] = f as u32;
         // The two new faces are the last ones; the corners of `f` have moved to them.
@@ -265,7 +331,6 @@ fn bear(triangles: &mut Triangles, points: &[V3], normals: &[V3], born: &[u32], 
             triangles.faces[g].iter().for_each(|&v| face_of[v as usize] = g as u32);
         }
     }
-    true
 }
 
 /// Whether vertex `u` splits a triangle in three that face as it does.
