@@ -389,11 +389,14 @@ mod tests {
 
     #[test]
     fn differing_radii_agree_with_all_pairs() {
-        let points = cloud(600, 1.0, [4.0, -2.0, 0.0]);
-        let r = Rng::new(9, Stream::Probes);
-        let radius: Vec<f64> = (0..600).map(|i| 0.004 * (6.0 * r.unit(i)).exp2()).collect();
-        let lists = Neighbors::find(&points, Reach::Each(&radius), |_, _| true);
-        assert!(sorted(&lists) == brute(&points, |i, j| radius[i].max(radius[j])));
+        // Few together, many octave by octave.
+        for n in [600, FEW as u64 + 500] {
+            let points = cloud(n, 1.0, [4.0, -2.0, 0.0]);
+            let r = Rng::new(9, Stream::Probes);
+            let radius: Vec<f64> = (0..n).map(|i| 0.004 * (6.0 * r.unit(i)).exp2()).collect();
+            let lists = Neighbors::find(&points, Reach::Each(&radius), |_, _| true);
+            assert!(sorted(&lists) == brute(&points, |i, j| radius[i].max(radius[j])), "{n}");
+        }
     }
 
     #[test]

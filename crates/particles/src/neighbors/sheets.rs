@@ -232,6 +232,27 @@ mod tests {
     }
 
     #[test]
+    fn radii_of_their_own_reach_the_larger_or_the_mean_square() {
+        let r = Rng::new(4, Stream::Probes);
+        let points: Vec<V3> = (0..700).map(|i| [0, 1, 2].map(|a| r.unit(3 * i + a))).collect();
+        let normals: Vec<V3> = (0..700).map(|i| r.direction(5000 + i, 3)).collect();
+        let radius: Vec<f64> = (0..700).map(|i| 0.03 * (3.0 * r.unit(9000 + i)).exp2()).collect();
+        let mark = |i: usize, j: usize| {
+            doubt(points[i], points[j], normals[i], normals[j]).map(|d| if d { Neighbors::MARK } else { 0 })
+        };
+        let between = |i: usize, j: usize| {
+            let way = crate::vector::sub(points[i], points[j]);
+            let near = crate::vector::dot(way, way) <= 0.5 * (radius[i].powi(2) + radius[j].powi(2));
+            mark(i, j).filter(|_| near)
+        };
+        let reach = Reach::Each(&radius);
+        let found = Neighbors::on_sheets(&points, &normals, reach);
+        assert_eq!(rows(&found, 700), rows(&Neighbors::find_marked(&points, reach, mark), 700));
+        let found = Neighbors::on_sheets_between(&points, &normals, reach);
+        assert_eq!(rows(&found, 700), rows(&Neighbors::find_marked(&points, reach, between), 700));
+    }
+
+    #[test]
     fn a_radius_far_below_the_extent_is_found() {
         let r = Rng::new(8, Stream::Probes);
         let mut points: Vec<V3> = (0..50).map(|i| [0, 1, 2].map(|a| 1e-9 * r.unit(3 * i + a))).collect();
