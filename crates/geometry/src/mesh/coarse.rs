@@ -161,7 +161,13 @@ fn plans(
             return Ok(None);
         }
         let sizes = ErrorSizes::new(e, extent);
-        let count = |sizes: &ErrorSizes| search.integral(|points, out| sizes.known(surface, points, out));
+        let curvatures = std::cell::OnceCell::new();
+        let count = |sizes: &ErrorSizes| {
+            search.integral(|points, out| {
+                sizes.of(curvatures.get_or_init(|| particles::principal_curvatures(surface, points)), out);
+                Ok(())
+            })
+        };
         let least = count(&sizes)?;
         for level in 1..=LEVELS {
             let part = part(level);
