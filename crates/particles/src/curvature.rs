@@ -3,11 +3,12 @@
 use isoswarm_field::Surface;
 use rayon::prelude::*;
 
-use crate::constraint::CHUNK;
 use crate::neighbors::Neighbors;
 use crate::swarm::Swarm;
 use crate::vector::{V3, distance, dot, frame, norm, sub, unit};
 
+/// Floaters whose curvatures one task computes, at least.
+const TASK: usize = 256;
 /// Floaters whose Hessians are held at a time.
 const BATCH: usize = 1 << 16;
 
@@ -28,7 +29,7 @@ pub fn principal_curvatures(surface: &dyn Surface, points: &[V3]) -> Vec<[f64; 2
         let surface = narrowed.as_deref().unwrap_or(surface);
         let known = surface.value_gradient(points, &mut value, &mut gradient).is_ok()
             && surface.hessian(points, &mut hessian).is_ok();
-        out.par_extend((0..n).into_par_iter().with_min_len(CHUNK).map(|k| {
+        out.par_extend((0..n).into_par_iter().with_min_len(TASK).map(|k| {
             let normal = unit(gradient[k]);
             if known && normal != [0.0; 3] && hessian[k].iter().all(|h| h.is_finite()) {
                 of_hessian(gradient[k], normal, hessian[k], surface.axes())
@@ -76,7 +77,7 @@ pub(crate) fn principal(
             let seen = of_neighbors(swarm, lists, i, axes, level);
             if seen[0].abs() < own[0].abs() { seen } else { own }
         };
-        out.par_extend((0..n).into_par_iter().with_min_len(CHUNK).map(curvature));
+        out.par_extend((0..n).into_par_iter().with_min_len(TASK).map(curvature));
     }
     out
 }

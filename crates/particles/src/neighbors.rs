@@ -24,8 +24,13 @@ const CELLS_PER_TASK: usize = 64;
 /// Tasks that a thread takes at least: to wake another costs more than what few particles would save.
 const TASKS: usize = 4;
 
-/// Radii that differ by no more than this factor are looked through as equals, which is faster than octave by octave.
+/// Particles that one task handles where radii differ.
+const PARTICLES_PER_TASK: usize = 64;
+
+/// Radii that differ by no more than this factor are looked through together, in cells of the largest, which is faster than octave by
+/// octave; so are so few particles, whatever their radii.
 const ALIKE: f64 = 3.0;
+const FEW: usize = 2000;
 
 /// How far particles reach.
 #[derive(Clone, Copy)]
@@ -71,38 +76,43 @@ impl Neighbors {
         mark: impl Fn(usize, usize) -> Option<u32> + Sync,
     ) -> Self {
         match reach {
-            Reach::Same(r) => Self::of_equals(points, r, mark),
-            Reach::Each(r) => Self::of_octaves(points, r, mark),
+            Reach::Same(most) => Self::together(points, reach, most, mark),
+            Reach::Each(radius) => match range(radius) {
+                None => Self { place: vec![(0, 0); points.len()], parts: vec![vec![0]] },
+                Some((least, most)) if alike(points.len(), least, most) => {
+                    Self::together(points, reach, most, mark)
+                }
+                Some((least, _)) => Self::of_octaves(points, radius, least, mark),
+            },
         }
     }
 
-    fn of_equals(points: &[V3], radius: f64, mark: impl Fn(usize, usize) -> Option<u32> + Sync) -> Self {
-        let grid = Grid::new(points, None, radius);
-        let tasks = grid.len().div_ceil(CELLS_PER_TASK);
-        let parts: Vec<Part> = (0..tasks)
+    /// In cells of the largest radius.
+    fn together(
+        points: &[V3],
+        reach: Reach<'_>,
+        most: f64,
+        mark: impl Fn(usize, usize) -> Option<u32> + Sync,
+    ) -> Self {
+        let grid = Grid::new(points, None, most);
+        let (per_task, least) = cells_per_task(&grid, points.len(), reach);
+        let parts: Vec<Part> = (0..grid.len().div_ceil(per_task))
             .into_par_iter()
-            .with_min_len(TASKS)
+            .with_min_len(least)
             .map(|t| {
-                let cells = t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(grid.len());
-                Arch::new().dispatch(Within { grid: &grid, points, radius, mark: &mark, cells })
+                let cells = t * per_task..((t + 1) * per_task).min(grid.len());
+                Arch::new().dispatch(Within { grid: &grid, points, reach, mark: &mark, cells })
             })
             .collect();
         Self::new(points.len(), parts)
     }
 
-    fn of_octaves(points: &[V3], radius: &[f64], mark: impl Fn(usize, usize) -> Option<u32> + Sync) -> Self {
-        let least = radius.iter().fold(f64::INFINITY, |m, &r| m.min(r));
-        if !least.is_finite() {
-            return Self { place: vec![(0, 0); points.len()], parts: vec![vec![0]] };
-        }
-        let most = radius.iter().fold(0.0, |m: f64, &r| m.max(r));
-        if most <= ALIKE * least {
-            return Self::of_equals(points, most, |i, j| {
-                let (p, q, reach) = (points[i], points[j], radius[i].max(radius[j]));
-                let d2 = (p[0] - q[0]).powi(2) + (p[1] - q[1]).powi(2) + (p[2] - q[2]).powi(2);
-                if d2 <= reach * reach { mark(i, j) } else { None }
-            });
-        }
+    fn of_octaves(
+        points: &[V3],
+        radius: &[f64],
+        least: f64,
+        mark: impl Fn(usize, usize) -> Option<u32> + Sync,
+    ) -> Self {
         let octave = |r: f64| {
             let (mut o, mut top) = (0usize, least);
             while r > top && o < 60 {
@@ -124,13 +134,13 @@ impl Neighbors {
             present.iter().map(|&o| Grid::new(points, Some(select(&|k| k <= o)), side(o))).collect();
         let exactly: Vec<Grid> =
             present.iter().map(|&o| Grid::new(points, Some(select(&|k| k == o)), side(o))).collect();
-        let tasks = points.len().div_ceil(CELLS_PER_TASK);
+        let tasks = points.len().div_ceil(PARTICLES_PER_TASK);
         let parts: Vec<Part> = (0..tasks)
             .into_par_iter()
             .with_min_len(2 * TASKS)
             .map(|t| {
                 let mut part = Part::default();
-                for i in t * CELLS_PER_TASK..((t + 1) * CELLS_PER_TASK).min(points.len()) {
+                for i in t * PARTICLES_PER_TASK..((t + 1) * PARTICLES_PER_TASK).min(points.len()) {
                     let p = points[i];
                     part.row(i as u32, |row| {
                         let mut visit = |j: u32| {
@@ -169,11 +179,30 @@ impl Neighbors {
     }
 }
 
-/// One task of [`Neighbors::of_equals`]: the rows of all particles in some cells.
+/// The smallest and the largest radius; `None` where there are none.
+fn range(radius: &[f64]) -> Option<(f64, f64)> {
+    let least = radius.iter().fold(f64::INFINITY, |m, &r| m.min(r));
+    least.is_finite().then(|| (least, radius.iter().fold(0.0, |m: f64, &r| m.max(r))))
+}
+
+/// Whether particles with radii in this range are looked through together.
+fn alike(n: usize, least: f64, most: f64) -> bool {
+    n <= FEW || most <= ALIKE * least
+}
+
+/// Cells that one task handles, and tasks that a thread takes at least. Where radii differ, cells hold many particles.
+fn cells_per_task(grid: &Grid, n: usize, reach: Reach<'_>) -> (usize, usize) {
+    match reach {
+        Reach::Same(_) => (CELLS_PER_TASK, TASKS),
+        Reach::Each(_) => ((PARTICLES_PER_TASK * grid.len()).div_ceil(n.max(1)).clamp(1, CELLS_PER_TASK), 1),
+    }
+}
+
+/// One task of [`Neighbors::together`]: the rows of all particles in some cells.
 struct Within<'a, F> {
     grid: &'a Grid,
     points: &'a [V3],
-    radius: f64,
+    reach: Reach<'a>,
     mark: &'a F,
     cells: Range<usize>,
 }
@@ -183,12 +212,16 @@ impl<F: Fn(usize, usize) -> Option<u32>> NullaryFnOnce for Within<'_, F> {
 
     #[inline(always)]
     fn call(self) -> Part {
-        let Self { grid, points, radius, mark, cells } = self;
+        let Self { grid, points, reach, mark, cells } = self;
         let mut part = Part::for_about(cells.clone().map(|c| grid.members(c).len()).sum());
         let mut near = Candidates::default();
         for c in cells {
-            near.gather(grid, points, c);
+            near.gather(grid, points, reach, c);
             for &i in grid.members(c) {
+                let radius = match reach {
+                    Reach::Same(r) => r,
+                    Reach::Each(r) => r[i as usize],
+                };
                 part.row(i, |row| {
                     near.within(points[i as usize], radius, i, row, |j| mark(i as usize, j as usize));
                 });
@@ -248,6 +281,8 @@ struct Candidates {
     x: Vec<f64>,
     y: Vec<f64>,
     z: Vec<f64>,
+    /// Squares of their own radii; 0 where all are equal.
+    reach: Vec<f64>,
     /// Squares of the distances to one particle.
     square: Vec<f64>,
     hits: Vec<u32>,
@@ -255,7 +290,7 @@ struct Candidates {
 
 impl Candidates {
     #[inline(always)]
-    fn gather(&mut self, grid: &Grid, points: &[V3], c: usize) {
+    fn gather(&mut self, grid: &Grid, points: &[V3], reach: Reach<'_>, c: usize) {
         self.index.clear();
         let at = grid.at(c);
         let index = &mut self.index;
@@ -268,6 +303,13 @@ impl Candidates {
         self.x.extend(self.index.iter().map(|&j| points[j as usize][0]));
         self.y.extend(self.index.iter().map(|&j| points[j as usize][1]));
         self.z.extend(self.index.iter().map(|&j| points[j as usize][2]));
+        self.reach.clear();
+        match reach {
+            Reach::Same(_) => self.reach.resize(self.index.len(), 0.0),
+            Reach::Each(r) => {
+                self.reach.extend(self.index.iter().map(|&j| r[j as usize] * r[j as usize]));
+            }
+        }
         self.square.resize(self.index.len(), 0.0);
         self.hits.resize(self.index.len(), 0);
     }
@@ -284,6 +326,7 @@ impl Candidates {
         let r2 = radius * radius;
         let m = self.index.len();
         let (x, y, z, index) = (&self.x[..m], &self.y[..m], &self.z[..m], &self.index[..m]);
+        let reach = &self.reach[..m];
         let (square, hits) = (&mut self.square[..m], &mut self.hits[..m]);
         for k in 0..m {
             let (dx, dy, dz) = (x[k] - p[0], y[k] - p[1], z[k] - p[2]);
@@ -292,7 +335,7 @@ impl Candidates {
         let mut count = 0;
         for k in 0..m {
             hits[count] = index[k];
-            count += usize::from(square[k] <= r2);
+            count += usize::from((square[k] <= r2) | (square[k] <= reach[k]));
         }
         out.reserve(count);
         for &j in hits[..count].iter() {
@@ -346,11 +389,14 @@ mod tests {
 
     #[test]
     fn differing_radii_agree_with_all_pairs() {
-        let points = cloud(600, 1.0, [4.0, -2.0, 0.0]);
-        let r = Rng::new(9, Stream::Probes);
-        let radius: Vec<f64> = (0..600).map(|i| 0.004 * (6.0 * r.unit(i)).exp2()).collect();
-        let lists = Neighbors::find(&points, Reach::Each(&radius), |_, _| true);
-        assert!(sorted(&lists) == brute(&points, |i, j| radius[i].max(radius[j])));
+        // Few together, many octave by octave.
+        for n in [600, FEW as u64 + 500] {
+            let points = cloud(n, 1.0, [4.0, -2.0, 0.0]);
+            let r = Rng::new(9, Stream::Probes);
+            let radius: Vec<f64> = (0..n).map(|i| 0.004 * (6.0 * r.unit(i)).exp2()).collect();
+            let lists = Neighbors::find(&points, Reach::Each(&radius), |_, _| true);
+            assert!(sorted(&lists) == brute(&points, |i, j| radius[i].max(radius[j])), "{n}");
+        }
     }
 
     #[test]

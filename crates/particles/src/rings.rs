@@ -15,7 +15,7 @@ const REACH: f64 = 2.4;
 /// How often the reach is doubled for samples whose cells stay open.
 const DOUBLINGS: usize = 3;
 /// Samples that one task handles.
-const CHUNK: usize = 512;
+const CHUNK: usize = 128;
 
 /// For each sample the neighbours whose bisectors bound its Voronoi cell in the tangent plane, counter-clockwise seen from
 /// where its normal points: its Delaunay star. Memory: 4 bytes an entry, about seven entries a sample.

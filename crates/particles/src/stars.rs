@@ -17,6 +17,9 @@ const SHORT: f64 = 0.05;
 /// Most vertices of a cell; further bisectors are ignored (six are usual).
 const VERTICES: usize = 32;
 
+/// Cells that one task computes.
+const TASK: usize = 128;
+
 /// Bits of a neighbour's place in its list; those in places beyond do not bound cells.
 const PLACE: u64 = 0xffff;
 
@@ -204,7 +207,7 @@ impl Stars<'_> {
     pub(crate) fn cells(&self) -> Vec<Cell> {
         (0..self.points.len())
             .into_par_iter()
-            .with_min_len(512)
+            .with_min_len(TASK)
             .map_init(Desk::new, |desk, i| self.cell(i, desk, |_, _| {}))
             .collect()
     }

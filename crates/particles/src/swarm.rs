@@ -106,14 +106,14 @@ impl Swarm {
         counts
     }
 
-    /// Everybody within `radius` times the larger of the two sizes who may be on the same sheet soon; pairs for which
+    /// Everybody within `radius` times the root mean square of the two sizes, and maybe others, who may be on the same sheet soon; pairs for which
     /// that is in doubt, as [`share`] tells, are marked.
     pub(crate) fn surroundings(&self, radius: f64) -> Neighbors {
         if self.size.is_empty() {
             Neighbors::on_sheets(&self.points, &self.normals, Reach::Same(radius))
         } else {
             let reach: Vec<f64> = self.size.iter().map(|s| s * radius).collect();
-            Neighbors::on_sheets(&self.points, &self.normals, Reach::Each(&reach))
+            Neighbors::on_sheets_between(&self.points, &self.normals, Reach::Each(&reach))
         }
     }
 

@@ -161,7 +161,13 @@ fn plans(
             return Ok(None);
         }
         let sizes = ErrorSizes::new(e, extent);
-        let count = |sizes: &ErrorSizes| search.integral(|points, out| sizes.known(surface, points, out));
+        let curvatures = std::cell::OnceCell::new();
+        let count = |sizes: &ErrorSizes| {
+            search.integral(|points, out| {
+                sizes.of(curvatures.get_or_init(|| particles::principal_curvatures(surface, points)), out);
+                Ok(())
+            })
+        };
         let least = count(&sizes)?;
         for level in 1..=LEVELS {
             let part = part(level);
@@ -236,7 +242,15 @@ fn refine(
     }
     let rounds = if error.is_some() { ROUNDS_FOR_ERROR } else { ROUNDS };
     for _ in 0..level {
-        let Some(finer) = subdivide(surface, &triangles, &mut vertices)? else { return Ok(None) };
+        let mut finer = subdivide(surface, &triangles, &mut vertices)?;
+        for _ in 0..if error.is_some() { BENT } else { 0 } {
+            let Err(bent) = finer else { break };
+            if !split_bent(surface, bent, &mut triangles, &mut vertices, &mut held, &mut report)? {
+                return Ok(None);
+            }
+            finer = subdivide(surface, &triangles, &mut vertices)?;
+        }
+        let Ok(finer) = finer else { return Ok(None) };
         triangles = finer;
         held.resize(vertices.len(), false);
         improve(surface, rounds, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
@@ -281,16 +295,31 @@ fn level_out(
         if edges.is_empty() {
             break;
         }
-        if FEW_BENT * edges.len() > triangles.faces.len() {
+        if !split_bent(surface, edges, triangles, vertices, held, report)? {
             return Ok(false);
         }
-        error::split(surface, triangles, vertices, held, report, edges)?;
+    }
+    Ok(true)
+}
+
+/// Puts vertices on edges over a bend and smooths; nothing, and false, where these are too many.
+fn split_bent(
+    surface: &dyn Surface,
+    edges: Vec<(u32, u8)>,
+    triangles: &mut Triangles,
+    vertices: &mut Vertices,
+    held: &mut Vec<bool>,
+    report: &mut MeshReport,
+) -> Result<bool, FieldError> {
+    if FEW_BENT * edges.len() > triangles.faces.len() {
+        return Ok(false);
+    }
+    error::split(surface, triangles, vertices, held, report, edges)?;
+    report.flips += triangles.delaunay(&vertices.points, |_, _| false);
+    for _ in 0..ROUNDS_WHERE_BENT {
+        smooth(surface, triangles, vertices, held)?;
+        report.evaluations += vertices.len() as u64;
         report.flips += triangles.delaunay(&vertices.points, |_, _| false);
-        for _ in 0..ROUNDS_WHERE_BENT {
-            smooth(surface, triangles, vertices, held)?;
-            report.evaluations += vertices.len() as u64;
-            report.flips += triangles.delaunay(&vertices.points, |_, _| false);
-        }
     }
     Ok(true)
 }

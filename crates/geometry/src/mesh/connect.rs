@@ -1,5 +1,6 @@
 //! Triangles that know their neighbours: flips.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, add, cross, dot, norm, sub};
 use rayon::prelude::*;
 
@@ -312,16 +313,20 @@ impl Triangles {
     /// side to which they face. Gives the number of flips. `keep(a, b)`: edges that stay.
     pub(super) fn delaunay(&mut self, points: &[V3], keep: impl Fn(u32, u32) -> bool) -> usize {
         let mut flips = 0;
-        // Each edge as seen from one of its faces.
-        let first = |&f: &u32| {
-            let f = f as usize;
-            (0..3).any(|k| {
-                let g = self.across[f][k];
-                g != NONE && g as usize > f && self.wants_flip(points, f, k)
-            })
+        // Only an edge opposite of an obtuse angle may be flipped: of which a triangle has one at most.
+        let first = |f: usize| {
+            let at = self.faces[f].map(|v| points[v as usize]);
+            let obtuse = |k: &usize| {
+                let (a, b, c) = (at[*k], at[(k + 1) % 3], at[(k + 2) % 3]);
+                dot(sub(a, c), sub(b, c)) < 0.0
+            };
+            let k = (0..3).find(obtuse)?;
+            self.wants_flip(points, f, k).then(|| self.across[f][k].min(f as u32))
         };
         let mut todo: Vec<u32> =
-            (0..self.faces.len() as u32).into_par_iter().with_min_len(2048).filter(first).collect();
+            (0..self.faces.len()).into_par_iter().with_min_len(2048).filter_map(first).collect();
+        todo.arrange();
+        todo.dedup();
         let mut queued = vec![false; self.faces.len()];
         todo.iter().for_each(|&f| queued[f as usize] = true);
         for _ in 0..ROUNDS {
@@ -360,9 +365,14 @@ impl Triangles {
         let (c, d) = (at(c), at(d));
         // cot γ + cot δ < 0
         let (ca, cb, da, db) = (sub(a, c), sub(b, c), sub(a, d), sub(b, d));
+        let (cos_c, cos_d) = (dot(ca, cb), dot(da, db));
+        if cos_c >= 0.0 && cos_d >= 0.0 {
+            // Neither is obtuse.
+            return false;
+        }
         let (s, t) = (cross(ca, cb), cross(db, da));
         let (ls, lt) = (norm(s), norm(t));
-        let sum = dot(ca, cb) * lt + dot(da, db) * ls;
+        let sum = cos_c * lt + cos_d * ls;
         if sum >= -SLACK * ls.max(lt) * dot(sub(a, b), sub(a, b)) {
             return false;
         }

@@ -2,6 +2,7 @@
 
 use isoswarm_field::vector::{V3, distance, norm};
 use isoswarm_field::{FieldError, Surface};
+use rayon::prelude::*;
 
 use super::connect::Triangles;
 use super::crease::Segments;
@@ -29,13 +30,11 @@ pub(super) fn distances(surface: &dyn Surface, points: &[V3]) -> Result<Vec<f64>
 
 /// The centre of each face.
 pub(super) fn centres(points: &[V3], faces: &[[u32; 3]]) -> Vec<V3> {
-    faces
-        .iter()
-        .map(|f| {
-            let [p, q, r] = f.map(|v| points[v as usize]);
-            [0, 1, 2].map(|a| (p[a] + q[a] + r[a]) / 3.0)
-        })
-        .collect()
+    let one = |f: &[u32; 3]| {
+        let [p, q, r] = f.map(|v| points[v as usize]);
+        [0, 1, 2].map(|a| (p[a] + q[a] + r[a]) / 3.0)
+    };
+    faces.par_iter().with_min_len(4096).map(one).collect()
 }
 
 /// Splits edges until no centre of a triangle and no middle of an edge is farther from the surface than `most`.
@@ -143,7 +142,8 @@ fn bad_edges(
         edges.extend((0..3u8).filter(|&k| !seen(triangles.across[f][k as usize])).map(|k| (f as u32, k)));
     }
     let middles: Vec<V3> = edges
-        .iter()
+        .par_iter()
+        .with_min_len(4096)
         .map(|&(f, k)| {
             let v = triangles.faces[f as usize];
             let (p, q) =

@@ -1,40 +1,86 @@
 //! Triangles of a mesh that pass through each other.
 
+use std::ops::Range;
+
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, along, cross, dot, norm, sub};
 use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
 use super::Mesh;
+use super::error::centres;
 
-/// Triangles in a leaf of the tree.
-const LEAF: usize = 4;
-/// Pairs of nodes that are looked at in parallel, at least, where there are so many; a fixed number.
-const TASKS: usize = 64;
+/// Boxes that are compared with one at a time.
+const WIDE: usize = 8;
+/// Leaves of the tree that one task handles; a fixed number.
+const TASK: usize = 32;
+/// How much larger boxes are than what they hold, in lengths of the whole: more than single precision is off.
+const ROOM: f32 = 2e-7;
+/// Faces that one task prepares, at least.
+const CHUNK: usize = 2048;
 /// So many pairs are reported at most.
 const MOST: usize = 10_000;
 
-/// A box.
+/// A box in lengths of the whole.
 #[derive(Clone, Copy)]
 struct Span {
-    lo: V3,
-    hi: V3,
+    lo: [f32; 3],
+    hi: [f32; 3],
 }
 
-impl Span {
-    const NONE: Self = Self { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
+/// Some boxes, coordinate by coordinate.
+struct Spans {
+    lo: [[f32; WIDE]; 3],
+    hi: [[f32; WIDE]; 3],
+}
 
-    fn with(self, other: Self) -> Self {
-        Self {
-            lo: [0, 1, 2].map(|a| self.lo[a].min(other.lo[a])),
-            hi: [0, 1, 2].map(|a| self.hi[a].max(other.hi[a])),
+impl Spans {
+    /// The places that nothing takes meet nothing.
+    fn of(spans: &[Span]) -> Self {
+        let mut out = Self { lo: [[f32::INFINITY; WIDE]; 3], hi: [[f32::NEG_INFINITY; WIDE]; 3] };
+        for (k, s) in spans.iter().enumerate() {
+            for a in 0..3 {
+                (out.lo[a][k], out.hi[a][k]) = (s.lo[a], s.hi[a]);
+            }
         }
+        out
     }
 
-    #[inline(always)]
-    fn meets(&self, other: &Self) -> bool {
-        (0..3).all(|a| self.lo[a] <= other.hi[a] && other.lo[a] <= self.hi[a])
+    fn one(&self, k: usize) -> Span {
+        Span { lo: self.lo.map(|c| c[k]), hi: self.hi.map(|c| c[k]) }
     }
+
+    /// The box around them.
+    fn around(&self) -> Span {
+        let least = |c: [f32; WIDE]| c.into_iter().fold(f32::INFINITY, f32::min);
+        let most = |c: [f32; WIDE]| c.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        Span { lo: self.lo.map(least), hi: self.hi.map(most) }
+    }
+
+    /// Which of them meet a box, as bits.
+    #[inline(always)]
+    fn meeting(&self, span: &Span) -> u32 {
+        let mut gap = [f32::NEG_INFINITY; WIDE];
+        for a in 0..3 {
+            for k in 0..WIDE {
+                let (below, above) = (self.lo[a][k] - span.hi[a], span.lo[a] - self.hi[a][k]);
+                let wider = if below > above { below } else { above };
+                gap[k] = if wider > gap[k] { wider } else { gap[k] };
+            }
+        }
+        gap.iter().enumerate().fold(0, |bits, (k, g)| bits | u32::from(*g <= 0.0) << k)
+    }
+}
+
+/// The places of the bits that are set.
+fn places(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let k = bits.trailing_zeros() as usize;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            k
+        })
+    })
 }
 
 impl Mesh {
@@ -44,15 +90,15 @@ impl Mesh {
         if self.faces.is_empty() {
             return Vec::new();
         }
-        let tree = Tree::new(self);
-        let tame = tame(&self.points, &self.faces);
-        let planes: Vec<Plane> = (0..self.faces.len()).map(|f| Plane::new(self.corners(f))).collect();
-        let parts: Vec<Vec<[u32; 2]>> = tree
-            .tasks()
+        let (tree, tame) = rayon::join(|| Tree::new(self), || tame(&self.points, &self.faces));
+        let plane = |f: usize| Plane::new(self.corners(f));
+        let planes: Vec<Plane> =
+            (0..self.faces.len()).into_par_iter().with_min_len(CHUNK).map(plane).collect();
+        let parts: Vec<Vec<[u32; 2]>> = (0..tree.levels[0].len().div_ceil(TASK))
             .into_par_iter()
             .map(|task| {
                 let mut out = Vec::new();
-                tree.pairs(task, &mut |f, g| {
+                tree.pairs(task * TASK..(task + 1) * TASK, |f, g| {
                     if out.len() < MOST && self.cross(f as usize, g as usize, &tame, &planes) {
                         out.push([f.min(g), f.max(g)]);
                     }
@@ -198,74 +244,66 @@ const CLEAR: f64 = 0.1;
 
 /// Boxes around triangles in a balanced tree over their Morton order.
 struct Tree {
-    spans: Vec<Span>,
     order: Vec<u32>,
-    /// Level by level from the leaves, each half as long as the one before.
-    levels: Vec<Vec<Span>>,
+    /// Level by level from the leaves, which hold [`WIDE`] triangles each, every node the boxes of as many below.
+    levels: Vec<Vec<Spans>>,
 }
 
 impl Tree {
     fn new(mesh: &Mesh) -> Self {
-        let spans: Vec<Span> = mesh
-            .faces
-            .iter()
-            .map(|f| {
-                f.iter()
-                    .map(|&v| mesh.points[v as usize])
-                    .fold(Span::NONE, |s, p| s.with(Span { lo: p, hi: p }))
-            })
-            .collect();
-        let all = spans.iter().fold(Span::NONE, |s, t| s.with(*t));
-        let cell = (0..3).map(|a| all.hi[a] - all.lo[a]).fold(0.0, f64::max) / 1024.0;
-        let centres: Vec<V3> =
-            spans.iter().map(|s| [0, 1, 2].map(|a| 0.5 * s.lo[a] + 0.5 * s.hi[a])).collect();
-        let order = isoswarm_particles::spatial_order(&centres, cell.max(f64::MIN_POSITIVE));
-        let leaf = |c: &[u32]| c.iter().fold(Span::NONE, |s, &f| s.with(spans[f as usize]));
-        let mut levels: Vec<Vec<Span>> = vec![order.chunks(LEAF).map(leaf).collect()];
-        while levels[levels.len() - 1].len() > 1 {
-            let up = levels[levels.len() - 1]
-                .chunks(2)
-                .map(|c| c.iter().fold(Span::NONE, |s, t| s.with(*t)))
-                .collect();
-            levels.push(up);
-        }
-        Self { spans, order, levels }
-    }
-
-    /// The pairs of nodes of one level, each with itself too, whose boxes meet: all pairs of leaves whose boxes meet are below them.
-    fn tasks(&self) -> Vec<[usize; 3]> {
-        let level = self.levels.len() - 1;
-        let mut tasks = vec![[level, 0, 0]];
-        while tasks[0][0] > 0 && tasks.len() < TASKS {
-            tasks = tasks.into_iter().flat_map(|task| self.below(task)).collect();
-        }
-        tasks
-    }
-
-    /// The pairs of children of a pair of nodes whose boxes meet.
-    fn below(&self, [level, i, j]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
-        let spans = &self.levels[level - 1];
-        let pairs = [(2 * i, 2 * j), (2 * i, 2 * j + 1), (2 * i + 1, 2 * j), (2 * i + 1, 2 * j + 1)];
-        pairs.into_iter().enumerate().filter_map(move |(k, (a, b))| {
-            // Of a node with itself the second and the third are the same.
-            let new = (i != j || k != 2) && a.max(b) < spans.len();
-            (new && (a == b || spans[a].meets(&spans[b]))).then_some([level - 1, a, b])
-        })
-    }
-
-    /// Calls `f` for all pairs of faces with boxes that meet, of which one is below the one node and the other below the other.
-    fn pairs(&self, task: [usize; 3], f: &mut impl FnMut(u32, u32)) {
-        let mut stack = vec![task];
-        while let Some([level, i, j]) = stack.pop() {
-            if level > 0 {
-                stack.extend(self.below([level, i, j]));
-                continue;
+        let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &v in mesh.faces.as_flattened() {
+            let p = mesh.points[v as usize];
+            for a in 0..3 {
+                (lo[a], hi[a]) = (lo[a].min(p[a]), hi[a].max(p[a]));
             }
-            let of = |k: usize| &self.order[k * LEAF..((k + 1) * LEAF).min(self.order.len())];
-            for (k, &a) in of(i).iter().enumerate() {
-                let span = &self.spans[a as usize];
-                let others = if i == j { &of(i)[k + 1..] } else { of(j) };
-                others.iter().filter(|b| span.meets(&self.spans[**b as usize])).for_each(|&b| f(a, b));
+        }
+        let size = (0..3).map(|a| hi[a] - lo[a]).fold(f64::MIN_POSITIVE, f64::max);
+        let place = |p: V3| [0, 1, 2].map(|a| ((p[a] - lo[a]) / size) as f32);
+        let around = |f: &u32| {
+            let mut span = Span { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+            for p in mesh.corners(*f as usize).map(place) {
+                for a in 0..3 {
+                    span.lo[a] = span.lo[a].min(p[a] - ROOM);
+                    span.hi[a] = span.hi[a].max(p[a] + ROOM);
+                }
+            }
+            span
+        };
+        let order = isoswarm_particles::spatial_order(&centres(&mesh.points, &mesh.faces), size / 1024.0);
+        let mut spans: Vec<Span> = order.par_iter().with_min_len(CHUNK).map(around).collect();
+        let mut levels: Vec<Vec<Spans>> = Vec::new();
+        loop {
+            let level: Vec<Spans> = spans.chunks(WIDE).map(Spans::of).collect();
+            spans = level.iter().map(Spans::around).collect();
+            levels.push(level);
+            if spans.len() <= 1 {
+                return Self { order, levels };
+            }
+        }
+    }
+
+    /// Calls `f` for all pairs of faces with boxes that meet, of which the first is in one of the leaves and the second there or in a
+    /// later one.
+    fn pairs(&self, leaves: Range<usize>, mut f: impl FnMut(u32, u32)) {
+        let mut stack = Vec::new();
+        for i in leaves.start..leaves.end.min(self.levels[0].len()) {
+            let leaf = &self.levels[0][i];
+            let whole = leaf.around();
+            stack.push((self.levels.len() - 1, 0, whole));
+            while let Some((level, node, span)) = stack.pop() {
+                let boxes = &self.levels[level][node];
+                if level > 0 {
+                    let later = |k: &usize| (WIDE * node + k + 1) * WIDE.pow(level as u32 - 1) > i;
+                    let below = places(boxes.meeting(&whole)).filter(later);
+                    stack.extend(below.map(|k| (level - 1, WIDE * node + k, boxes.one(k))));
+                    continue;
+                }
+                for a in places(leaf.meeting(&span)) {
+                    let met = places(boxes.meeting(&leaf.one(a))).map(|k| WIDE * node + k);
+                    let a = WIDE * i + a;
+                    met.filter(|&b| b > a).for_each(|b| f(self.order[a], self.order[b]));
+                }
             }
         }
     }
@@ -335,6 +373,35 @@ mod tests {
         let ((mut points, a), (more, b)) = (octahedron(0.0, 0), octahedron(0.9, 6));
         points.extend(more);
         let mesh = Mesh::new(points, [a, b].concat());
+        let all = among_all(&mesh);
+        assert!(all.len() >= 6, "{all:?}");
+        assert_eq!(mesh.self_intersections(), all);
+    }
+
+    #[test]
+    fn loose_triangles_of_all_sizes_are_compared_with_all_that_they_meet() {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for (scale, at) in [(1.0, 0.0), (1e-9, 1.0), (1e12, -1e13)] {
+            let mut points: Vec<V3> = Vec::new();
+            for k in 0..900 {
+                let (size, middle) = (0.8 / f64::from(1 + k % 17), [0; 3].map(|_| random()));
+                let corner = |_| middle.map(|m| at + scale * (m + size * (random() - 0.5)));
+                points.extend([0, 1, 2].map(corner));
+            }
+            let faces: Vec<[u32; 3]> = (0..900).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+            let mesh = Mesh::new(points, faces);
+            let all = among_all(&mesh);
+            assert!(all.len() > 100, "{}", all.len());
+            assert_eq!(mesh.self_intersections(), all);
+        }
+    }
+
+    /// The pairs of faces that cross, by comparing all with all.
+    fn among_all(mesh: &Mesh) -> Vec<[u32; 2]> {
         let bare = vec![false; mesh.points.len()];
         let planes: Vec<Plane> = (0..mesh.faces.len()).map(|f| Plane::new(mesh.corners(f))).collect();
         let mut all = Vec::new();
@@ -345,7 +412,6 @@ mod tests {
                 }
             }
         }
-        assert!(all.len() >= 6, "{all:?}");
-        assert_eq!(mesh.self_intersections(), all);
+        all
     }
 }

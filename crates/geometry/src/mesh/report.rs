@@ -87,14 +87,12 @@ impl MeshReport {
         samples: &Samples,
         intersections: bool,
     ) -> Result<(), FieldError> {
-        self.topology = mesh.topology();
-        self.quality = mesh.quality();
+        let find = || if intersections { mesh.self_intersections() } else { Vec::new() };
+        ((self.topology, self.quality), self.self_intersections) =
+            rayon::join(|| (mesh.topology(), mesh.quality()), find);
         let off = distances(surface, &centres(&mesh.points, &mesh.faces))?;
         self.evaluations += off.len() as u64;
         self.max_distance = off.into_iter().filter(|d| d.is_finite()).fold(0.0, f64::max);
-        if intersections {
-            self.self_intersections = mesh.self_intersections();
-        }
         self.judge(mesh, samples);
         self.doubtful.truncate(Self::MOST_PLACES);
         Ok(())

@@ -144,19 +144,18 @@ impl ErrorSizes {
         points: &[V3],
         out: &mut [f64],
     ) -> Result<(), String> {
-        self.known(surface, points, out)?;
+        self.of(&particles::principal_curvatures(surface, points), out);
         out.iter_mut().filter(|d| d.is_nan()).for_each(|d| *d = self.base);
         Ok(())
     }
 
-    /// At the points; NaN where the curvature is not known.
-    pub(super) fn known(&self, surface: &dyn Surface, points: &[V3], out: &mut [f64]) -> Result<(), String> {
-        for (d, k) in out.iter_mut().zip(particles::principal_curvatures(surface, points)) {
+    /// For the curvatures; NaN where they are not known.
+    pub(super) fn of(&self, curvatures: &[[f64; 2]], out: &mut [f64]) {
+        for (d, k) in out.iter_mut().zip(curvatures) {
             let bend = k[0].abs();
             let wanted = (self.factor * bend).max(self.turning * bend * bend);
             *d = if wanted.is_finite() { wanted.max(self.base) } else { f64::NAN };
         }
-        Ok(())
     }
 }
 

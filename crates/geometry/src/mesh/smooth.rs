@@ -1,6 +1,6 @@
 //! Vertices moved within the surface so that triangles become better shaped.
 
-use isoswarm_field::vector::{V3, along, cross, dot, norm, sub, tangential, unit};
+use isoswarm_field::vector::{V3, add, along, cross, dot, norm, scale, sub, tangential, unit};
 use isoswarm_field::{FieldError, Surface};
 use rayon::prelude::*;
 
@@ -23,13 +23,15 @@ pub(super) fn smooth(
     let n = vertices.len();
     let (mut sum, mut weight, mut longest) = (vec![[0.0; 3]; n], vec![0.0; n], vec![0.0f64; n]);
     let mut ends = vec![0u8; n];
-    let aims: Vec<(V3, f64, f64)> = triangles
+    let aims: Vec<Aim> = triangles
         .faces
         .par_iter()
         .with_min_len(2048)
         .map(|f| aim(f.map(|v| vertices.points[v as usize])))
         .collect();
-    for ((f, across), (centre, area, side)) in triangles.faces.iter().zip(&triangles.across).zip(aims) {
+    for ((f, across), &Aim { centre, area, side, .. }) in
+        triangles.faces.iter().zip(&triangles.across).zip(&aims)
+    {
         for k in 0..3 {
             let (v, next) = (f[k] as usize, f[(k + 1) % 3]);
             longest[v] = longest[v].max(side);
@@ -82,7 +84,7 @@ pub(super) fn smooth(
             (next[v], normals[v]) = (vertices.points[v], vertices.normals[v]);
         }
     }
-    undo_turned(triangles, vertices, &mut next, &mut normals);
+    undo_turned(triangles, &aims, vertices, &mut next, &mut normals);
     let squares = |v: usize| {
         let d = sub(next[v], vertices.points[v]);
         if longest[v] > 0.0 { dot(d, d) / (longest[v] * longest[v]) } else { 0.0 }
@@ -93,20 +95,25 @@ pub(super) fn smooth(
 }
 
 /// Puts back the vertices of triangles that would face the other way, until there are none.
-fn undo_turned(triangles: &Triangles, vertices: &Vertices, next: &mut [V3], normals: &mut [V3]) {
+fn undo_turned(
+    triangles: &Triangles,
+    aims: &[Aim],
+    vertices: &Vertices,
+    next: &mut [V3],
+    normals: &mut [V3],
+) {
     for _ in 0..8 {
         let turned: Vec<u32> = triangles
             .faces
             .par_iter()
+            .zip(aims)
             .with_min_len(4096)
-            .filter(|f| {
-                let [a, b, c] = f.map(|v| vertices.points[v as usize]);
+            .filter(|(f, aim)| {
                 let [p, q, r] = f.map(|v| next[v as usize]);
-                let was = cross(sub(b, a), sub(c, a));
-                dot(was, cross(sub(q, p), sub(r, p))) <= 0.2 * dot(was, was)
+                dot(aim.normal, cross(sub(q, p), sub(r, p))) <= 0.8 * aim.area * aim.area
                     && f.iter().any(|&v| vertices.points[v as usize] != next[v as usize])
             })
-            .flat_map_iter(|f| *f)
+            .flat_map_iter(|(f, _)| *f)
             .collect();
         if turned.is_empty() {
             return;
@@ -118,24 +125,35 @@ fn undo_turned(triangles: &Triangles, vertices: &Vertices, next: &mut [V3], norm
     }
 }
 
-/// Where a triangle draws its corners (its circumcentre or, where that lies outside, the point where the way there from the centroid
-/// leaves it), its area and its longest side.
-fn aim([a, b, c]: [V3; 3]) -> (V3, f64, f64) {
+/// What a triangle wants of its corners.
+struct Aim {
+    /// Where it draws them: its circumcentre or, where that lies outside, the point where the way there from the centroid leaves it.
+    centre: V3,
+    area: f64,
+    /// The longest.
+    side: f64,
+    /// Twice the area long.
+    normal: V3,
+}
+
+#[inline(always)]
+fn aim([a, b, c]: [V3; 3]) -> Aim {
     let (x, y, z) = (sub(b, a), sub(c, a), sub(c, b));
     let (xx, yy, zz) = (dot(x, x), dot(y, y), dot(z, z));
-    let w = cross(x, y);
-    let square = dot(w, w);
-    let third = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+    let normal = cross(x, y);
+    let square = dot(normal, normal);
+    let area = 0.5 * square.sqrt();
     let side = xx.max(yy).max(zz).sqrt();
     if square <= 1e-12 * side.powi(4) {
-        return (third, 0.5 * square.sqrt(), side);
+        let sum = add(add(a, b), c);
+        return Aim { centre: [sum[0] / 3.0, sum[1] / 3.0, sum[2] / 3.0], area, side, normal };
     }
     // Barycentric weights of the circumcentre: a² (b² + c² - a²) for the corner opposite of side a.
     let s = [zz * (xx + yy - zz), yy * (xx + zz - yy), xx * (yy + zz - xx)];
-    let least = s.iter().fold(f64::INFINITY, |m, &v| m.min(v));
+    let least = s[0].min(s[1]).min(s[2]);
     let total = s[0] + s[1] + s[2];
     let t = if least < 0.0 { (total / 3.0) / (total / 3.0 - least) } else { 1.0 };
-    let bary = s.map(|v| (1.0 - t) / 3.0 + t * v / total);
-    let centre = [0, 1, 2].map(|k| bary[0] * a[k] + bary[1] * b[k] + bary[2] * c[k]);
-    (centre, 0.5 * square.sqrt(), side)
+    let weight = |v: f64| (1.0 - t) / 3.0 + t * v / total;
+    let centre = along(along(scale(a, weight(s[0])), weight(s[1]), b), weight(s[2]), c);
+    Aim { centre, area, side, normal }
 }

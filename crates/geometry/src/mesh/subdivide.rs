@@ -13,12 +13,13 @@ const STEPS: usize = 2;
 const FAR: f64 = 0.2;
 
 /// Puts a vertex on the middle of every edge, on the surface (on the face of the bounds that both ends share), and makes four triangles
-/// of each. Whether all of them got there; otherwise the triangles are not those of a surface that is resolved.
+/// of each. Where some did not get there, nothing but their edges, each as a face and the corner at which it begins: there the triangles
+/// are not those of a surface that is resolved.
 pub(super) fn subdivide(
     surface: &dyn Surface,
     triangles: &Triangles,
     vertices: &mut Vertices,
-) -> Result<Option<Triangles>, FieldError> {
+) -> Result<Result<Triangles, Vec<(u32, u8)>>, FieldError> {
     let first = vertices.len();
     let middle = middles(triangles, vertices);
     let spacing = vertices.spacing[first..].to_vec();
@@ -27,11 +28,23 @@ pub(super) fn subdivide(
     let (points, normals, faces) = (&mut points[first..], &mut normals[first..], &faces[first..]);
     let left = pull(surface, points, normals, faces, |i| spacing[i], STEPS)?;
     let there = |i: usize| left[i].is_finite() && distance(points[i], before[i]) <= 2.0 * FAR * spacing[i];
-    if !(0..points.len()).all(there) {
-        return Ok(None);
+    let astray: Vec<bool> = (0..points.len()).map(|i| !there(i)).collect();
+    if astray.contains(&true) {
+        vertices.retain(|i| i < first);
+        let mut seen = vec![false; astray.len()];
+        let mut edges = Vec::new();
+        for (f, numbers) in middle.iter().enumerate() {
+            for (k, &number) in numbers.iter().enumerate() {
+                let i = number as usize - first;
+                if astray[i] && !std::mem::replace(&mut seen[i], true) {
+                    edges.push((f as u32, k as u8));
+                }
+            }
+        }
+        return Ok(Err(edges));
     }
     vertices.spacing[..first].iter_mut().for_each(|s| *s *= 0.5);
-    Ok(Some(children(triangles, &middle)))
+    Ok(Ok(children(triangles, &middle)))
 }
 
 /// Adds the middles of the edges; gives their numbers for each edge of each triangle.

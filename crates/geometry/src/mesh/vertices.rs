@@ -3,6 +3,7 @@
 use isoswarm_field::vector::{V3, along, distance, dot, norm, unit};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles::{Grid, Samples};
+use rayon::prelude::*;
 
 use super::connect::NONE;
 
@@ -157,7 +158,7 @@ pub(super) fn pull(
     points: &mut [V3],
     normals: &mut [V3],
     faces: &[u8],
-    longest: impl Fn(usize) -> f64,
+    longest: impl Fn(usize) -> f64 + Sync,
     steps: usize,
 ) -> Result<Vec<f64>, FieldError> {
     let n = points.len();
@@ -168,20 +169,23 @@ pub(super) fn pull(
     }
     for _ in 0..steps {
         surface.value_gradient(points, &mut value, &mut gradient)?;
-        for i in 0..n {
-            let g = [0, 1, 2].map(|a| if faces[i] >> a & 1 == 1 { 0.0 } else { gradient[i][a] });
-            let length = norm(gradient[i]);
-            left[i] = value[i].abs() / length;
-            let k = -value[i] / dot(g, g);
-            if value[i] == 0.0 && length > 0.0 {
-                (normals[i], left[i]) = (unit(gradient[i]), 0.0);
+        let columns = points.par_iter_mut().zip(normals.par_iter_mut()).zip(left.par_iter_mut());
+        columns.enumerate().with_min_len(2048).for_each(|(i, ((point, normal), left))| {
+            let (value, gradient) = (value[i], gradient[i]);
+            let mut g = gradient;
+            (0..3).filter(|a| faces[i] >> a & 1 == 1).for_each(|a| g[a] = 0.0);
+            let length = norm(gradient);
+            *left = value.abs() / length;
+            let k = -value / dot(g, g);
+            if value == 0.0 && length > 0.0 {
+                (*normal, *left) = (unit(gradient), 0.0);
             } else if k.is_finite() && k.abs() * norm(g) <= longest(i) {
-                points[i] = along(points[i], k, g);
-                normals[i] = unit(gradient[i]);
+                *point = along(*point, k, g);
+                *normal = unit(gradient);
             } else {
-                left[i] = f64::INFINITY;
+                *left = f64::INFINITY;
             }
-        }
+        });
     }
     Ok(left)
 }

@@ -78,13 +78,9 @@ pub(crate) fn label(
             && dot(normals[i], normals[j]) >= 0.5
             && same_sheet(points[i], points[j], normals[i], normals[j])
     };
-    let lists = Neighbors::find(points, Reach::Same(NEAR * spacing), smooth);
-    for i in 0..n {
-        lists.of(i).iter().for_each(|&j| sets.join(i as u32, j));
-    }
     // Roots on one spot are one, whatever the normals: at a singular point there are as many as there are ways to it.
     let on_spot = |i: usize, j: usize| i < j && distance(points[i], points[j]) <= SPOT * spacing;
-    let lists = Neighbors::find(points, Reach::Same(0.1 * spacing), on_spot);
+    let lists = Neighbors::find(points, Reach::Same(NEAR * spacing), |i, j| smooth(i, j) || on_spot(i, j));
     for i in 0..n {
         lists.of(i).iter().for_each(|&j| sets.join(i as u32, j));
     }

@@ -7,8 +7,8 @@
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{Aabb, FieldError};
 
-use super::look;
 use super::region::Region;
+use super::{WATCHED, look};
 use crate::rng::Rng;
 use crate::run::Run;
 use crate::vector::{V3, unit};
@@ -291,19 +291,27 @@ fn isolate(
     stations: usize,
 ) -> Result<Vec<Bracket>, FieldError> {
     let station = |s: &Bracket, k: usize| s.t[0] + (s.t[1] - s.t[0]) * k as f64 / (stations - 1) as f64;
-    let points: Vec<V3> =
-        segments.iter().flat_map(|s| (0..stations).map(move |k| s.point(station(s, k)))).collect();
-    let (mut value, mut gradient) = (Vec::new(), Vec::new());
-    look(region.surface(), run, &points, &mut value, &mut gradient)?;
+    let (mut value, mut gradient, mut points) = (Vec::new(), Vec::new(), Vec::new());
+    // F and dF/dt at all stations, looked at some at a time: the points and gradients of all are much memory.
+    let many = stations * segments.len();
+    let (mut f, mut d) = (Vec::with_capacity(many), Vec::with_capacity(many));
+    for first in (0..many).step_by(WATCHED) {
+        let part = first..(first + WATCHED).min(many);
+        let of = |i: usize| (&segments[i / stations], i % stations);
+        points.clear();
+        points.extend(part.clone().map(of).map(|(s, k)| s.point(station(s, k))));
+        look(region.surface(), run, &points, &mut value, &mut gradient)?;
+        f.extend_from_slice(&value);
+        d.extend(part.zip(&gradient).map(|(i, g)| g[of(i).0.axis as usize]));
+    }
     let (mut found, mut doubtful) = (Vec::new(), Vec::new());
     for (i, s) in segments.iter().enumerate() {
         for k in 0..stations - 1 {
             let a = i * stations + k;
-            let axis = s.axis as usize;
             let piece = Bracket {
                 t: [station(s, k), station(s, k + 1)],
-                f: [value[a], value[a + 1]],
-                d: [gradient[a][axis], gradient[a + 1][axis]],
+                f: [f[a], f[a + 1]],
+                d: [d[a], d[a + 1]],
                 ..*s
             };
             if !(piece.f[0].is_finite() && piece.f[1].is_finite()) {

@@ -17,7 +17,7 @@ mod trace;
 
 use isoswarm_field::{Aabb, FieldError, Surface};
 
-use crate::constraint::{Walls, evaluate};
+use crate::constraint::Walls;
 use crate::neighbors::{Grid, Neighbors, Reach};
 use crate::options::Phase;
 use crate::population::linear;
@@ -85,16 +85,17 @@ fn look(
 ) -> Result<(), FieldError> {
     value.clear();
     gradient.clear();
-    let (mut some, mut slopes) = (Vec::new(), Vec::new());
-    for part in points.chunks(WATCHED) {
+    value.resize(points.len(), 0.0);
+    gradient.resize(points.len(), [0.0; 3]);
+    let parts = points.chunks(WATCHED).zip(value.chunks_mut(WATCHED)).zip(gradient.chunks_mut(WATCHED));
+    for ((points, value), gradient) in parts {
         // How much there is to look at is not known: the first tenth of the way is never quite gone.
         let done = run.evaluations as f64;
         if !run.tell(Phase::Seeding, 0.1 * done / (done + 1e5), 0) {
             return Err(FieldError::Invalid("the search for the surface was stopped".into()));
         }
-        evaluate(surface, &mut run.evaluations, part, &mut some, &mut slopes)?;
-        value.extend_from_slice(&some);
-        gradient.extend_from_slice(&slopes);
+        run.evaluations += points.len() as u64;
+        surface.value_gradient(points, value, gradient)?;
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Boxes in which no line met the surface: is there something?
 
 use isoswarm_field::{Aabb, FieldError, Surface};
+use rayon::prelude::*;
 
 use super::lines::Roots;
 use super::look;
@@ -16,6 +17,8 @@ const STEPS: usize = 6;
 const SUBDIVIDED: usize = 20_000;
 /// How finely they are.
 const PARTS: f64 = 8.0;
+/// Boxes that one task looks at, at least.
+const TASK: usize = 64;
 /// Most parts of a box.
 const MOST: usize = 1024;
 
@@ -42,16 +45,20 @@ pub(crate) fn search(
     }
     let doubtful = far_from_roots(region, roots, &bare, &explained, walls.axes);
     let mut left = doubtful.len().saturating_sub(SUBDIVIDED);
-    for &b in doubtful.iter().take(SUBDIVIDED) {
+    let subdivide = |b: u32| {
         let whole = region.boxes[b as usize];
         let side = (0..walls.axes).map(|a| whole.hi[a] - whole.lo[a]).fold(0.0, f64::max);
-        let Some(parts) = surface.cells(&whole, side / PARTS, MOST) else {
+        surface.cells(&whole, side / PARTS, MOST)
+    };
+    // Most are empty after all.
+    let filled = |b: &&u32| subdivide(**b).is_none_or(|parts| !parts.boxes.is_empty());
+    let doubtful: Vec<u32> =
+        doubtful.par_iter().take(SUBDIVIDED).with_min_len(TASK).filter(filled).copied().collect();
+    for b in doubtful {
+        let Some(parts) = subdivide(b) else {
             left += 1;
             continue;
         };
-        if parts.boxes.is_empty() {
-            continue;
-        }
         let found = newton_from_centres(parts.evaluate.as_ref(), run, &parts.boxes, walls, least)?;
         let before = roots.points.len();
         for (p, g) in found.into_iter().flatten() {
@@ -109,8 +116,9 @@ fn far_from_roots(
     axes: usize,
 ) -> Vec<u32> {
     let grid = Grid::new(&roots.points, None, 2.0 * region.side);
-    bare.iter()
+    bare.par_iter()
         .copied()
+        .with_min_len(TASK)
         .filter(|&b| {
             let own = region.boxes[b as usize];
             if explained[b as usize] {

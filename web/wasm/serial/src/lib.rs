@@ -5,6 +5,12 @@
 //! `enumerate`, `collect` … do what rayon's do; the traits below add the calls that std has not. A call that is missing does
 //! not compile.
 
+/// Both, the first first.
+#[inline(always)]
+pub fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
+    (a(), b())
+}
+
 /// What `use rayon::prelude::*` brings.
 pub mod prelude {
     pub use crate::{
