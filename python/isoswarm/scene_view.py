@@ -63,7 +63,7 @@ class SceneView:
         """The floaters as they are now, joined by triangles; row by row those of ``floaters``, with the same ids.
 
         From call to call the mesh follows the floaters: edges are flipped, floaters that have died or been born are
-        taken out and put in, and only where the topology has changed is everything joined anew. Its report leaves out
+        taken out and put in, and where the topology has changed they are joined anew. Its report leaves out
         what costs time: the distance from the surface, curvatures, self-intersections.
 
         Examples
