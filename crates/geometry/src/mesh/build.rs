@@ -205,7 +205,7 @@ impl Draft {
         let mut vertices = Vertices::of(samples, bounds);
         let (came, went) = corners::place(surface, bounds, &mut vertices)?;
         let (more, fewer) = border::clear(surface, bounds, &mut vertices)?;
-        let repaired = stitch_whole(surface, bounds, &mut vertices)?;
+        let repaired = stitch_whole(surface, bounds, &mut vertices, samples.creases.as_ref())?;
         report.inserted = came + more + repaired.inserted;
         report.removed = went + fewer;
         report.filled = repaired.filled;

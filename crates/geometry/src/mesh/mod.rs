@@ -27,6 +27,7 @@ mod fill;
 mod intersect;
 mod live;
 mod patch;
+mod pieces;
 mod quality;
 mod repair;
 mod report;

@@ -10,6 +10,7 @@ use isoswarm_particles::Rings;
 use rayon::prelude::*;
 
 use super::fill;
+use super::pieces::Pieces;
 
 /// Vertices that one task handles.
 const CHUNK: usize = 512;
@@ -31,8 +32,19 @@ pub(super) struct Stitched {
 
 /// Triangles over points on a surface. `spacing` as for [`Rings::find`].
 pub(super) fn stitch(points: &[V3], normals: &[V3], bounds: &Aabb, spacing: &[f64]) -> Stitched {
-    let rings = Rings::find(points, normals, bounds, spacing);
-    let votes = Votes::count(&rings);
+    over(points, normals, &Rings::find(points, normals, bounds, spacing), |_| false)
+}
+
+/// Triangles over pieces of a surface, each on its own.
+pub(super) fn stitch_pieces(pieces: &Pieces, bounds: &Aabb) -> Stitched {
+    let Pieces { points, normals, spacing, borders, .. } = pieces;
+    let rings = Rings::find_on_pieces(points, normals, bounds, spacing, borders);
+    pieces.join(over(points, normals, &rings, |v| pieces.on_border(v)))
+}
+
+/// `fixed`: vertices that are not put into other triangles.
+fn over(points: &[V3], normals: &[V3], rings: &Rings, fixed: impl Fn(u32) -> bool) -> Stitched {
+    let votes = Votes::count(rings);
     let mut out = Stitched { faces: votes.faces(), ..Stitched::default() };
     let agreed = out.faces.len();
     let mut patches = fill::Patches::new(points, normals, &votes);
@@ -41,7 +53,9 @@ pub(super) fn stitch(points: &[V3], normals: &[V3], bounds: &Aabb, spacing: &[f6
             out.holes.push(outline);
         }
     }
-    out.left_out = patches.insert(votes.alone(), agreed, &mut out.faces);
+    let (fixed, free) = votes.alone().into_iter().partition(|&v| fixed(v));
+    out.left_out = patches.insert(free, agreed, &mut out.faces);
+    out.left_out.extend::<Vec<u32>>(fixed);
     out.filled = out.faces.len() - agreed;
     out
 }
@@ -136,18 +150,21 @@ impl<'a> Votes<'a> {
         out
     }
 
-    /// Whether no triangle lies on the left of the way from vertex `i` to its neighbour `k` but one on the right, and the bounds
-    /// do not either.
+    /// Whether no triangle lies on the left of the way from vertex `i` to its neighbour `k`, but one or the border of the piece on the
+    /// right, and the bounds on neither side.
     fn borders_hole(&self, i: u32, k: usize) -> bool {
         let ring = self.ring(i);
-        if !real(ring[k]) || self.taken(i, k) || !self.taken(i, previous(k, ring.len())) {
+        let before = previous(k, ring.len());
+        let fenced = ring[before] == Rings::FENCE;
+        if !real(ring[k]) || self.taken(i, k) || !(fenced || self.taken(i, before)) {
             return false;
         }
-        if ring[next(k, ring.len())] == Rings::WALL {
+        if border(ring[next(k, ring.len())]) {
             return false;
         }
         let other = self.ring(ring[k]);
-        other.iter().position(|&j| j == i).is_some_and(|m| other[previous(m, other.len())] != Rings::WALL)
+        let back = other.iter().position(|&j| j == i);
+        back.is_some_and(|m| !border(other[previous(m, other.len())]))
     }
 
     /// Walks around a hole; `None` where the way is lost.
@@ -177,7 +194,7 @@ impl<'a> Votes<'a> {
         let mut t = first;
         loop {
             let before = previous(t, ring.len());
-            let wall = ring[before] == Rings::WALL;
+            let wall = border(ring[before]);
             if wall || self.taken(a, before) {
                 return (real(ring[t]) && t != first).then_some(t);
             }
@@ -192,7 +209,13 @@ impl<'a> Votes<'a> {
 /// Whether the entry is a sample.
 #[inline(always)]
 pub(super) fn real(entry: u32) -> bool {
-    entry < Rings::WALL
+    entry < Rings::FENCE
+}
+
+/// Whether the entry is what lies beyond the bounds or the border of a piece.
+#[inline(always)]
+fn border(entry: u32) -> bool {
+    entry == Rings::WALL || entry == Rings::FENCE
 }
 
 #[inline(always)]
