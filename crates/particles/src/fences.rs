@@ -247,7 +247,12 @@ impl<'a> Fences<'a> {
                 let q = if k == i32 { [0.0; 2] } else { flat(k) };
                 [q[0] - origin[0], q[1] - origin[1]]
             };
-            inside((after != NOBODY).then(|| to(after)), (before != NOBODY).then(|| to(before)), way, after == before)
+            inside(
+                (after != NOBODY).then(|| to(after)),
+                (before != NOBODY).then(|| to(before)),
+                way,
+                after == before,
+            )
         };
         let visible = |s: &Seen| {
             let mine = own.contains(&s.j);

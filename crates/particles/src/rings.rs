@@ -57,7 +57,10 @@ impl Rings {
         spacing: &[f64],
         borders: &[[u32; 2]],
     ) -> Self {
-        assert!(borders.is_empty() || borders.len() == points.len(), "an entry of the borders for each point");
+        assert!(
+            borders.is_empty() || borders.len() == points.len(),
+            "an entry of the borders for each point"
+        );
         assert_eq!(points.len(), normals.len(), "a normal for each point");
         assert!(spacing.len() == 1 || spacing.len() == points.len(), "a spacing for each point, or one");
         let reach: Vec<f64> = spacing.iter().map(|s| REACH * s).collect();

@@ -13,7 +13,7 @@ use super::crease::Segments;
 use super::repair::{open_places, stitch_whole};
 use super::report::MeshReport;
 use super::vertices::{Vertices, pull};
-use super::{Mesh, border, circumsphere, coarse, corners, crease, error, sizes, smooth, valence};
+use super::{Mesh, border, circumsphere, coarse, corners, crease, error, pieces, sizes, smooth, valence};
 
 /// How fine a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,9 +205,10 @@ impl Draft {
         let mut vertices = Vertices::of(samples, bounds);
         let (came, went) = corners::place(surface, bounds, &mut vertices)?;
         let (more, fewer) = border::clear(surface, bounds, &mut vertices)?;
+        let close = samples.creases.as_ref().map_or(0, |c| pieces::clear(&mut vertices, c));
         let repaired = stitch_whole(surface, bounds, &mut vertices, samples.creases.as_ref())?;
         report.inserted = came + more + repaired.inserted;
-        report.removed = went + fewer;
+        report.removed = went + fewer + close;
         report.filled = repaired.filled;
         let mut triangles = repaired.triangles;
         let mut held = vec![false; vertices.len()];

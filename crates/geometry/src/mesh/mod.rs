@@ -26,6 +26,7 @@ mod error;
 mod fill;
 mod intersect;
 mod live;
+mod outlines;
 mod patch;
 mod pieces;
 mod quality;

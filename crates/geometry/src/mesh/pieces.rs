@@ -7,7 +7,8 @@
 
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::math::atan2;
-use isoswarm_field::vector::{V3, add, cross, dot, sub, tangential, unit};
+use isoswarm_field::vector::{V3, add, along, cross, distance, dot, sub, tangential, unit};
+use isoswarm_particles::Grid;
 use isoswarm_particles::creases::Creases;
 
 use super::connect::NONE;
@@ -16,6 +17,10 @@ use super::vertices::Vertices;
 
 /// Cosines between the normals of the two ends of a sector, the second where the first leaves ends over.
 const SAME: [f64; 2] = [0.95, 0.5];
+/// Samples keep this distance from segments of creases, in lengths of the segment.
+const NEAR: f64 = 0.2;
+/// Cosine between normals from which on a sample may lie on the piece beside a crease.
+const LEVEL: f64 = 0.2;
 /// A full turn.
 const ROUND: f64 = 2.0 * std::f64::consts::PI;
 
@@ -122,6 +127,34 @@ impl Pieces {
         stitched.left_out.dedup();
         stitched
     }
+}
+
+/// Removes the samples that are so close to a segment of a crease that triangles between them would be slivers, or that lie beyond it, where
+/// the crease bends. Gives how many.
+pub(super) fn clear(vertices: &mut Vertices, creases: &Creases) -> usize {
+    let halves = halves(vertices, creases);
+    let free: Vec<u32> = (0..vertices.len() as u32).filter(|&v| !vertices.on_crease(v as usize)).collect();
+    let longest =
+        |m: f64, h: &Half| m.max(distance(vertices.points[h.from as usize], vertices.points[h.to as usize]));
+    let reach = (0.5 + NEAR) * halves.iter().fold(0.0, longest);
+    if free.is_empty() || reach == 0.0 {
+        return 0;
+    }
+    let grid = Grid::new(&vertices.points, Some(free), reach);
+    let mut dead = vec![false; vertices.len()];
+    for h in &halves {
+        let (a, b) = (vertices.points[h.from as usize], vertices.points[h.to as usize]);
+        let (way, length) = (sub(b, a), distance(a, b));
+        grid.near([0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]), (0.5 + NEAR) * length, |v| {
+            let (p, n) = (vertices.points[v as usize], vertices.normals[v as usize]);
+            let part = (dot(sub(p, a), way) / (length * length)).clamp(0.0, 1.0);
+            let close = distance(p, along(a, part, way)) < NEAR * length;
+            dead[v as usize] |= close && (dot(n, h.left) > LEVEL || n == [0.0; 3]);
+        });
+    }
+    let before = vertices.len();
+    vertices.retain(|v| !dead[v]);
+    before - vertices.len()
 }
 
 /// The half edges; each stands beside its way back.

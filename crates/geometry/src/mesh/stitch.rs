@@ -10,6 +10,7 @@ use isoswarm_particles::Rings;
 use rayon::prelude::*;
 
 use super::fill;
+use super::outlines::Open;
 use super::pieces::Pieces;
 
 /// Vertices that one task handles.
@@ -32,23 +33,39 @@ pub(super) struct Stitched {
 
 /// Triangles over points on a surface. `spacing` as for [`Rings::find`].
 pub(super) fn stitch(points: &[V3], normals: &[V3], bounds: &Aabb, spacing: &[f64]) -> Stitched {
-    over(points, normals, &Rings::find(points, normals, bounds, spacing), |_| false)
+    let rings = Rings::find(points, normals, bounds, spacing);
+    over(points, normals, &rings, |votes, _| votes.outlines(), |_| false)
 }
 
 /// Triangles over pieces of a surface, each on its own.
 pub(super) fn stitch_pieces(pieces: &Pieces, bounds: &Aabb) -> Stitched {
     let Pieces { points, normals, spacing, borders, .. } = pieces;
     let rings = Rings::find_on_pieces(points, normals, bounds, spacing, borders);
-    pieces.join(over(points, normals, &rings, |v| pieces.on_border(v)))
+    if borders.is_empty() {
+        return over(points, normals, &rings, |votes, _| votes.outlines(), |_| false);
+    }
+    let open = Open { points, normals, borders };
+    // Entries of rings tell that the surface ends at the bounds.
+    let ends = |a: u32, b: u32| {
+        let ring = rings.of(b as usize);
+        ring.iter().position(|&j| j == a).is_some_and(|k| ring[next(k, ring.len())] == Rings::WALL)
+    };
+    pieces.join(over(points, normals, &rings, |_, faces| open.outlines(faces, ends), |v| pieces.on_border(v)))
 }
 
-/// `fixed`: vertices that are not put into other triangles.
-fn over(points: &[V3], normals: &[V3], rings: &Rings, fixed: impl Fn(u32) -> bool) -> Stitched {
+/// `outlines`: those of the holes that the votes leave between triangles; `fixed`: vertices that are not put into other triangles.
+fn over(
+    points: &[V3],
+    normals: &[V3],
+    rings: &Rings,
+    outlines: impl Fn(&Votes<'_>, &[[u32; 3]]) -> Vec<Vec<u32>>,
+    fixed: impl Fn(u32) -> bool,
+) -> Stitched {
     let votes = Votes::count(rings);
     let mut out = Stitched { faces: votes.faces(), ..Stitched::default() };
     let agreed = out.faces.len();
     let mut patches = fill::Patches::new(points, normals, &votes);
-    for outline in votes.outlines() {
+    for outline in outlines(&votes, &out.faces) {
         if !patches.close(&outline, &mut out.faces) {
             out.holes.push(outline);
         }
@@ -150,21 +167,18 @@ impl<'a> Votes<'a> {
         out
     }
 
-    /// Whether no triangle lies on the left of the way from vertex `i` to its neighbour `k`, but one or the border of the piece on the
-    /// right, and the bounds on neither side.
+    /// Whether no triangle lies on the left of the way from vertex `i` to its neighbour `k` but one on the right, and the bounds
+    /// do not either.
     fn borders_hole(&self, i: u32, k: usize) -> bool {
         let ring = self.ring(i);
-        let before = previous(k, ring.len());
-        let fenced = ring[before] == Rings::FENCE;
-        if !real(ring[k]) || self.taken(i, k) || !(fenced || self.taken(i, before)) {
+        if !real(ring[k]) || self.taken(i, k) || !self.taken(i, previous(k, ring.len())) {
             return false;
         }
-        if border(ring[next(k, ring.len())]) {
+        if ring[next(k, ring.len())] == Rings::WALL {
             return false;
         }
         let other = self.ring(ring[k]);
-        let back = other.iter().position(|&j| j == i);
-        back.is_some_and(|m| !border(other[previous(m, other.len())]))
+        other.iter().position(|&j| j == i).is_some_and(|m| other[previous(m, other.len())] != Rings::WALL)
     }
 
     /// Walks around a hole; `None` where the way is lost.
@@ -194,7 +208,7 @@ impl<'a> Votes<'a> {
         let mut t = first;
         loop {
             let before = previous(t, ring.len());
-            let wall = border(ring[before]);
+            let wall = ring[before] == Rings::WALL;
             if wall || self.taken(a, before) {
                 return (real(ring[t]) && t != first).then_some(t);
             }
@@ -210,12 +224,6 @@ impl<'a> Votes<'a> {
 #[inline(always)]
 pub(super) fn real(entry: u32) -> bool {
     entry < Rings::FENCE
-}
-
-/// Whether the entry is what lies beyond the bounds or the border of a piece.
-#[inline(always)]
-fn border(entry: u32) -> bool {
-    entry == Rings::WALL || entry == Rings::FENCE
 }
 
 #[inline(always)]
