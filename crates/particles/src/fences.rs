@@ -13,7 +13,6 @@ use isoswarm_field::math::atan2;
 
 use crate::neighbors::Grid;
 use crate::rings::Rings;
-use crate::swarm::same_sheet;
 use crate::vector::{V3, add, distance, dot, frame, norm, scale, sub, tangential};
 
 /// Nobody comes before or after.
@@ -22,10 +21,14 @@ const NOBODY: u32 = u32::MAX;
 const REACH: f64 = 3.2;
 /// Cosine between normals from which on down samples are on different pieces, or too far apart on a bent one.
 const LEVEL: f64 = 0.2;
+/// How much the chord between two samples may lean more than that of an arc.
+const LEANING: f64 = 0.25;
+/// Turn of the normal (radians) from which on an arc is not unrolled.
+const FOLDED: f64 = 2.6;
 /// Sine of an angle up to which directions are the same.
 const SAME: f64 = 1e-9;
 /// Difference of the cotangents under which an edge is seen, over 1 plus their size, up to which the samples are on one circle.
-const COCIRCULAR: f64 = 1e-7;
+const COCIRCULAR: f64 = 1e-4;
 /// Most entries of a ring.
 const MOST: usize = 64;
 
@@ -212,6 +215,7 @@ impl<'a> Fences<'a> {
         let (p, n) = (self.points[i], self.normals[i]);
         let axes = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
         let flat = |j: u32| self.unfold(p, n, axes, j as usize);
+        let known = |j: u32| (j != NOBODY).then(|| flat(j));
         let i32 = i as u32;
         let mut add_seen = |j: u32| {
             if j == i32 || seen.iter().any(|s: &Seen| s.j == j) {
@@ -225,8 +229,7 @@ impl<'a> Fences<'a> {
         own.into_iter().filter(|j| *j != NOBODY).for_each(&mut add_seen);
         self.grid.near(p, self.reach(i), |j| {
             let (q, m) = (self.points[j as usize], self.normals[j as usize]);
-            let bare = n == [0.0; 3] || m == [0.0; 3];
-            if (bare || dot(n, m) > LEVEL) && same_sheet(p, q, n, m) && distance(p, q) <= self.reach(i) {
+            if distance(p, q) <= self.reach(i) && together(sub(q, p), n, m) {
                 add_seen(j);
             }
         });
@@ -241,25 +244,11 @@ impl<'a> Fences<'a> {
         }
         // An edge bars the way only to who stands on its left.
         edges.retain(|(a, b, ends)| !ends.contains(&i32) && a[0] * b[1] - a[1] * b[0] > 0.0);
-        let within = |j: u32, origin: [f64; 2], way: [f64; 2]| {
-            let [after, before] = self.borders[j as usize];
-            let to = |k: u32| {
-                let q = if k == i32 { [0.0; 2] } else { flat(k) };
-                [q[0] - origin[0], q[1] - origin[1]]
-            };
-            inside(
-                (after != NOBODY).then(|| to(after)),
-                (before != NOBODY).then(|| to(before)),
-                way,
-                after == before,
-            )
-        };
         let visible = |s: &Seen| {
-            let mine = own.contains(&s.j);
-            let there = self.borders[s.j as usize];
-            (mine || within(i32, [0.0; 2], s.at))
-                && (mine || there.contains(&i32) || within(s.j, s.at, [-s.at[0], -s.at[1]]))
-                && (mine || !edges.iter().any(|(a, b, ends)| !ends.contains(&s.j) && crosses(s.at, *a, *b)))
+            own.contains(&s.j)
+                || (inside(own.map(known), s.at, own[0] == own[1])
+                    && self.lets_see(s.j, i)
+                    && !edges.iter().any(|(a, b, ends)| !ends.contains(&s.j) && crosses(s.at, *a, *b)))
         };
         let free: Vec<bool> = seen.iter().map(visible).collect();
         let mut k = 0;
@@ -267,6 +256,18 @@ impl<'a> Fences<'a> {
             k += 1;
             free[k - 1]
         });
+    }
+
+    /// Whether sample `i` is on the side of the border that `j` is on, if it is on one.
+    fn lets_see(&self, j: u32, i: usize) -> bool {
+        let own = self.borders[j as usize];
+        if own == [NOBODY; 2] || own.contains(&(i as u32)) {
+            return true;
+        }
+        let (p, n) = (self.points[j as usize], self.normals[j as usize]);
+        let axes = frame(if n == [0.0; 3] { [0.0, 0.0, 1.0] } else { n });
+        let known = |k: u32| (k != NOBODY).then(|| self.unfold(p, n, axes, k as usize));
+        inside(own.map(known), self.unfold(p, n, axes, i), own[0] == own[1])
     }
 
     /// Sample `j` in the tangent plane of a sample at `p`: in the direction in which the normal turns the surface is an arc.
@@ -278,15 +279,26 @@ impl<'a> Fences<'a> {
         if n != [0.0; 3] && m != [0.0; 3] && sine > 1e-6 {
             let way = scale(turn, 1.0 / sine);
             let angle = atan2(sine, dot(n, m));
-            let stretch = if angle < 1.5 { angle / sine } else { 1.0 };
+            let stretch = if angle < FOLDED { angle / sine } else { 1.0 };
             along = add(r, scale(way, (stretch - 1.0) * dot(r, way)));
         }
         [dot(along, u), dot(along, v)]
     }
 }
 
+/// Whether two samples a way `r` apart may lie on one smooth piece, by their normals: the chord of an arc leans on both tangent planes by
+/// half of what the normal turns.
+fn together(r: V3, n: V3, m: V3) -> bool {
+    if n == [0.0; 3] || m == [0.0; 3] {
+        return true;
+    }
+    let (cosine, length, a, b) = (dot(n, m), norm(r), dot(r, n), dot(r, m));
+    let lean = (0.5 - 0.5 * cosine).max(0.0).sqrt() + LEANING;
+    cosine > LEVEL && a.abs().max(b.abs()) <= lean * length && (a + b).abs() <= 1.5 * LEANING * length
+}
+
 /// Whether a direction leads into a piece whose border goes on towards `after` and came from `before`, if it does.
-fn inside(after: Option<[f64; 2]>, before: Option<[f64; 2]>, way: [f64; 2], same: bool) -> bool {
+fn inside([after, before]: [Option<[f64; 2]>; 2], way: [f64; 2], same: bool) -> bool {
     let cross = |a: [f64; 2], b: [f64; 2]| {
         let size = |v: [f64; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
         (a[0] * b[1] - a[1] * b[0]) / (size(a) * size(b)).max(f64::MIN_POSITIVE)

@@ -43,7 +43,7 @@ pub(super) struct Pieces {
     /// Who comes after and before a copy on the border of its piece, which lies on the left; empty without creases.
     pub(super) borders: Vec<[u32; 2]>,
     /// The vertex of each.
-    vertex: Vec<u32>,
+    pub(super) vertex: Vec<u32>,
 }
 
 impl Pieces {
