@@ -35,9 +35,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         report.quality.smallest_angle
     );
     println!("{:?}", report.warnings);
-    if std::env::var("PLACES").is_ok() {
-        report.doubtful.iter().for_each(|p| println!("{p:?}"));
-    }
     if let Some(path) = args.next() {
         let mut out = String::new();
         made.mesh.points.iter().try_for_each(|p| writeln!(out, "v {} {} {}", p[0], p[1], p[2]))?;

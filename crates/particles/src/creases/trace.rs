@@ -174,6 +174,7 @@ impl Tracer<'_> {
         let Some(mut next) = next else {
             // Behind a corner the switch may matter no more.
             return match self.crossings(here, guess, None, switch, h).first() {
+                Some(&c) if !smallest && self.passes_over(here, c, switch) => Ok(Step::Shorter),
                 Some(&c) => self.end_at(c, here, knot, switch, h),
                 None if smallest => Ok(Step::End(None, End::Lost)),
                 None => Ok(Step::Shorter),
@@ -184,8 +185,7 @@ impl Tracer<'_> {
         }
         for c in self.crossings(here, next.p, Some(&next), switch, h) {
             if self.is_corner(c, here, &next, knot, switch)? {
-                let local = self.solver.local(&self.solver.everywhere, c, &mut self.desk);
-                if !smallest && self.dips(here, c, here.t, &local, switch) {
+                if !smallest && self.passes_over(here, c, switch) {
                     return Ok(Step::Shorter);
                 }
                 return self.end_at(c, here, knot, switch, h);
@@ -247,6 +247,14 @@ impl Tracer<'_> {
         }
         found.arrange_by(|a, b| a.0.total_cmp(&b.0));
         found.into_iter().map(|f| f.1).collect()
+    }
+
+    /// [`Tracer::dips`] on the way to a corner; there slopes are those between its sides, so the way ends just before it.
+    fn passes_over(&mut self, here: &OnCurve, c: V3, switch: u32) -> bool {
+        let off = (BESIDE * self.step).min(0.5 * distance(here.p, c));
+        let before = along(c, -off, here.t);
+        let local = self.solver.local(&self.solver.everywhere, before, &mut self.desk);
+        self.dips(here, before, here.t, &local, switch)
     }
 
     /// Whether on the way to `p` a switch that is open on the same side at both ends seems to close and to open again: by its slope at
