@@ -10,6 +10,7 @@ mod curvature;
 mod edges;
 mod error;
 mod even;
+mod fences;
 mod finish;
 pub mod floaters;
 mod front;

@@ -4,6 +4,7 @@ use isoswarm_field::Aabb;
 use rayon::prelude::*;
 
 use crate::constraint::Walls;
+use crate::fences::{Fences, View};
 use crate::neighbors::{Grid, Neighbors, Reach};
 use crate::population::faces;
 use crate::stars::{Desk, OPEN, Stars, WALL};
@@ -30,6 +31,8 @@ impl Rings {
     pub const OPEN: u32 = OPEN;
     /// The entry of a face of the bounds.
     pub const WALL: u32 = WALL;
+    /// The entry of what lies beyond the border of a piece.
+    pub const FENCE: u32 = WALL - 1;
 
     /// Finds the rings of points on a surface in `bounds`, of which some may lie on the faces. `normals` are unit vectors or zero;
     /// those on other sheets of thin parts do not count as neighbours. `spacing`: the distance between neighbours at each
@@ -38,6 +41,26 @@ impl Rings {
     /// # Panics
     /// Where the lengths differ.
     pub fn find(points: &[V3], normals: &[V3], bounds: &Aabb, spacing: &[f64]) -> Self {
+        Self::find_on_pieces(points, normals, bounds, spacing, &[])
+    }
+
+    /// [`Rings::find`] on a surface cut into pieces: `borders` holds for each sample who comes after it and before it on the border of its
+    /// piece, which lies on the left, `u32::MAX` for nobody. Rings do not reach over borders: they are those of constrained Delaunay
+    /// triangulations. Without any borders it is empty.
+    ///
+    /// # Panics
+    /// Where the lengths differ.
+    pub fn find_on_pieces(
+        points: &[V3],
+        normals: &[V3],
+        bounds: &Aabb,
+        spacing: &[f64],
+        borders: &[[u32; 2]],
+    ) -> Self {
+        assert!(
+            borders.is_empty() || borders.len() == points.len(),
+            "an entry of the borders for each point"
+        );
         assert_eq!(points.len(), normals.len(), "a normal for each point");
         assert!(spacing.len() == 1 || spacing.len() == points.len(), "a spacing for each point, or one");
         let reach: Vec<f64> = spacing.iter().map(|s| REACH * s).collect();
@@ -49,6 +72,12 @@ impl Rings {
         let mean = spacing.iter().sum::<f64>() / spacing.len() as f64;
         let walls = faces(&Walls::new(bounds, 3), mean);
         let stars = Stars { points, normals, lists: &lists, walls: &walls, radius: mean, size: &[] };
+        let side = |p: V3, a: usize| i8::from(p[a] >= walls.hi[a]) - i8::from(p[a] <= walls.lo[a]);
+        let fences = (!borders.is_empty()).then(|| {
+            let sides = points.iter().map(|&p| [0, 1, 2].map(|a| side(p, a))).collect();
+            Fences::new(points, normals, spacing, borders, sides)
+        });
+        let fenced = |i: usize| fences.as_ref().filter(|f| f.matter(i));
         let radius = |i: usize| 0.5 * reach[if reach.len() == 1 { 0 } else { i }];
         let mut grids = Vec::new();
         let parts = |list: &[u32], grids: &[(f64, Grid)]| -> Vec<(Vec<u32>, Vec<u32>)> {
@@ -56,12 +85,13 @@ impl Rings {
                 .map(|chunk| {
                     let (mut desk, mut counts, mut entries) =
                         (Desk::new(), Vec::new(), Vec::with_capacity(8 * CHUNK));
-                    let mut others = Vec::new();
+                    let (mut others, mut view) = (Vec::new(), View::default());
                     for &i in chunk {
                         let (i, before) = (i as usize, entries.len());
-                        match grids.last() {
-                            None => stars.ring(i, lists.of(i), radius(i), &mut desk, &mut entries),
-                            Some((factor, grid)) => {
+                        match (fenced(i), grids.last()) {
+                            (Some(fences), _) => fences.ring(i, &mut view, &mut entries),
+                            (_, None) => stars.ring(i, lists.of(i), radius(i), &mut desk, &mut entries),
+                            (_, Some((factor, grid))) => {
                                 others.clear();
                                 let wide = factor * radius(i);
                                 grid.near(points[i], 2.0 * wide, |j| {
@@ -81,8 +111,8 @@ impl Rings {
         let all: Vec<u32> = (0..points.len() as u32).collect();
         let mut out = Self::join(parts(&all, &grids));
         for k in 1..=DOUBLINGS {
-            let open: Vec<u32> =
-                all.iter().copied().filter(|&i| out.of(i as usize).contains(&OPEN)).collect();
+            let open = |i: usize| fenced(i).is_none() && out.of(i).contains(&OPEN);
+            let open: Vec<u32> = all.iter().copied().filter(|&i| open(i as usize)).collect();
             if open.is_empty() {
                 break;
             }
@@ -104,7 +134,7 @@ impl Rings {
         self.len() == 0
     }
 
-    /// The ring of sample `i`: numbers of samples, [`Rings::OPEN`] or [`Rings::WALL`].
+    /// The ring of sample `i`: numbers of samples, [`Rings::OPEN`], [`Rings::WALL`] or [`Rings::FENCE`].
     #[inline(always)]
     pub fn of(&self, i: usize) -> &[u32] {
         &self.entries[self.start[i] as usize..self.start[i + 1] as usize]

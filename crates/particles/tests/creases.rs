@@ -251,3 +251,16 @@ fn a_large_part_has_all_its_edges() {
     println!("{} corners with fewer than three edges: {few:?}", few.len());
     assert!((900..915).contains(&c.corners.len()) && lost == 0 && few.len() <= 8);
 }
+
+/// A trace takes steps of .0225 along the edge; a notch in it is not passed over.
+#[test]
+fn notches_narrower_than_a_step_are_found() {
+    for width in [0.02, 0.005, 0.001] {
+        let f = format!("box(2, 2, 2) - translate(box({width}, 0.4, 0.4), x=0.137, y=1, z=1)");
+        let c = creases(&field(&f), &Aabb::new([-1.1; 3], [1.1; 3]), CreaseOptions::new(0.2)).unwrap();
+        // Eight corners and twelve edges of the box, one of them in two; four corners and four edges on each side of the notch, three along it.
+        assert_eq!((c.corners.len(), c.edges.len()), (16, 24), "{width}: {:?}", c.warnings);
+        let length = 24.0 - width + 8.0 * 0.2 + 3.0 * width;
+        assert!((c.length() - length).abs() < 1e-9, "{width}: {} instead of {length}", c.length());
+    }
+}

@@ -13,7 +13,9 @@ use super::crease::Segments;
 use super::repair::{open_places, stitch_whole};
 use super::report::MeshReport;
 use super::vertices::{Vertices, pull};
-use super::{Mesh, border, circumsphere, coarse, corners, crease, error, sizes, smooth, valence};
+use super::{
+    Mesh, bend, border, circumsphere, coarse, corners, crease, error, pieces, sizes, smooth, valence,
+};
 
 /// How fine a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,7 +160,13 @@ pub fn mesh_samples(
     (0..vertices.len()).for_each(|v| held[v] |= vertices.on_crease(v));
     let (flips, missing) = segments.insert(&mut triangles, &vertices);
     report.flips += flips;
+    if creases.is_some() {
+        bend::refine(surface, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    }
     improve(surface, options.smoothing, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    if creases.is_some() {
+        bend::refine(surface, &segments, &mut triangles, &mut vertices, &mut held, &mut report)?;
+    }
     if !missing.is_empty() {
         // What was in the way may have moved.
         let (flips, missing) = segments.insert(&mut triangles, &vertices);
@@ -205,9 +213,10 @@ impl Draft {
         let mut vertices = Vertices::of(samples, bounds);
         let (came, went) = corners::place(surface, bounds, &mut vertices)?;
         let (more, fewer) = border::clear(surface, bounds, &mut vertices)?;
-        let repaired = stitch_whole(surface, bounds, &mut vertices)?;
+        let close = samples.creases.as_ref().map_or(0, |c| pieces::clear(&mut vertices, c));
+        let repaired = stitch_whole(surface, bounds, &mut vertices, samples.creases.as_ref())?;
         report.inserted = came + more + repaired.inserted;
-        report.removed = went + fewer;
+        report.removed = went + fewer + close;
         report.filled = repaired.filled;
         let mut triangles = repaired.triangles;
         let mut held = vec![false; vertices.len()];

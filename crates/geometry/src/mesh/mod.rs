@@ -15,6 +15,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bend;
 mod border;
 mod build;
 mod circumsphere;
@@ -26,7 +27,9 @@ mod error;
 mod fill;
 mod intersect;
 mod live;
+mod outlines;
 mod patch;
+mod pieces;
 mod quality;
 mod repair;
 mod report;

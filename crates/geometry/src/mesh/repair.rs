@@ -4,10 +4,12 @@ use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, cross, distance, dot, scale, sub, unit};
 use isoswarm_field::{Aabb, FieldError, Surface};
 use isoswarm_particles::Grid;
+use isoswarm_particles::creases::Creases;
 
 use super::connect::{NONE, Triangles};
 use super::live::lies_over;
-use super::stitch::{Stitched, stitch};
+use super::pieces::Pieces;
+use super::stitch::{Stitched, stitch, stitch_pieces};
 use super::vertices::{Vertices, pull};
 
 /// Most rounds: each halves the spacing around what is open.
@@ -38,14 +40,17 @@ pub(super) fn stitch_whole(
     surface: &dyn Surface,
     bounds: &Aabb,
     vertices: &mut Vertices,
+    creases: Option<&Creases>,
 ) -> Result<Repaired, FieldError> {
     let first = vertices.len();
     let most = (first as f64 * PER_VERTEX + BESIDES) as usize;
     let mut best: Option<(Vertices, Repaired)> = None;
     let mut idle = 0;
     for round in 0..=ROUNDS {
-        let Stitched { faces, holes, left_out, filled } =
-            stitch(&vertices.points, &vertices.normals, bounds, &vertices.reach());
+        let Stitched { faces, holes, left_out, filled } = match creases {
+            Some(creases) => stitch_pieces(&Pieces::cut(vertices, creases), bounds),
+            None => stitch(&vertices.points, &vertices.normals, bounds, &vertices.reach()),
+        };
         let mut triangles = Triangles::new(faces);
         let left_out = take_in(vertices, &mut triangles, left_out);
         let open = open_places(vertices, &triangles, &left_out);

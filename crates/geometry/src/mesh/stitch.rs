@@ -10,6 +10,8 @@ use isoswarm_particles::Rings;
 use rayon::prelude::*;
 
 use super::fill;
+use super::outlines::Open;
+use super::pieces::Pieces;
 
 /// Vertices that one task handles.
 const CHUNK: usize = 512;
@@ -32,16 +34,45 @@ pub(super) struct Stitched {
 /// Triangles over points on a surface. `spacing` as for [`Rings::find`].
 pub(super) fn stitch(points: &[V3], normals: &[V3], bounds: &Aabb, spacing: &[f64]) -> Stitched {
     let rings = Rings::find(points, normals, bounds, spacing);
-    let votes = Votes::count(&rings);
+    over(points, normals, &rings, |votes, _| votes.outlines(), |_| false)
+}
+
+/// Triangles over pieces of a surface, each on its own.
+pub(super) fn stitch_pieces(pieces: &Pieces, bounds: &Aabb) -> Stitched {
+    let Pieces { points, normals, spacing, borders, .. } = pieces;
+    let rings = Rings::find_on_pieces(points, normals, bounds, spacing, borders);
+    if borders.is_empty() {
+        return over(points, normals, &rings, |votes, _| votes.outlines(), |_| false);
+    }
+    let open = Open { points, normals, borders };
+    // Entries of rings tell that the surface ends at the bounds.
+    let ends = |a: u32, b: u32| {
+        let ring = rings.of(b as usize);
+        ring.iter().position(|&j| j == a).is_some_and(|k| ring[next(k, ring.len())] == Rings::WALL)
+    };
+    pieces.join(over(points, normals, &rings, |_, faces| open.outlines(faces, ends), |v| pieces.on_border(v)))
+}
+
+/// `outlines`: those of the holes that the votes leave between triangles; `fixed`: vertices that are not put into other triangles.
+fn over(
+    points: &[V3],
+    normals: &[V3],
+    rings: &Rings,
+    outlines: impl Fn(&Votes<'_>, &[[u32; 3]]) -> Vec<Vec<u32>>,
+    fixed: impl Fn(u32) -> bool,
+) -> Stitched {
+    let votes = Votes::count(rings);
     let mut out = Stitched { faces: votes.faces(), ..Stitched::default() };
     let agreed = out.faces.len();
     let mut patches = fill::Patches::new(points, normals, &votes);
-    for outline in votes.outlines() {
+    for outline in outlines(&votes, &out.faces) {
         if !patches.close(&outline, &mut out.faces) {
             out.holes.push(outline);
         }
     }
-    out.left_out = patches.insert(votes.alone(), agreed, &mut out.faces);
+    let (fixed, free) = votes.alone().into_iter().partition(|&v| fixed(v));
+    out.left_out = patches.insert(free, agreed, &mut out.faces);
+    out.left_out.extend::<Vec<u32>>(fixed);
     out.filled = out.faces.len() - agreed;
     out
 }
@@ -192,7 +223,7 @@ impl<'a> Votes<'a> {
 /// Whether the entry is a sample.
 #[inline(always)]
 pub(super) fn real(entry: u32) -> bool {
-    entry < Rings::WALL
+    entry < Rings::FENCE
 }
 
 #[inline(always)]

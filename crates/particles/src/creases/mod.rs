@@ -26,7 +26,7 @@ use trace::{Knot, Tracer};
 #[derive(Clone, Copy, Debug)]
 pub struct CreaseOptions {
     /// Distance between points along a crease (> 0, model units); each edge gets the whole number of parts that comes
-    /// nearest to it.
+    /// nearest to it, and more where it or one of its sides would turn by more than .7 radians from point to point.
     pub spacing: f64,
     /// Least angle between the normals of the two sides (radians). Default: .02.
     pub angle: f64,
@@ -134,6 +134,8 @@ const ROUNDS: usize = 100;
 const STEP: f64 = 0.5;
 /// Sides of boxes over the bounds' longest side, at most.
 const COARSEST: f64 = 1.0 / 48.0;
+/// Turn of a crease or of its sides from point to point, on average (radians).
+const TURN: f64 = 0.7;
 /// Radius of the circle that sides are looked at on, over the size of the coordinates.
 const RADIUS: f64 = 1e-6;
 
@@ -233,7 +235,7 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
     for (line, numbers) in network.lines.iter().zip(&numbers) {
         let length = line.length();
         let least = if line.ends.is_none() { 3.0 } else { 1.0 };
-        let count = (length / spacing).round().max(least) as usize;
+        let count = (length / spacing).round().max(least).max((line.turn() / TURN).ceil()) as usize;
         let mut edge = Edge {
             points: Vec::with_capacity(count + 1),
             normals: Vec::with_capacity(count + 1),

@@ -14,8 +14,15 @@ use crate::vector::{V3, along, distance, dot, norm, sub, unit};
 const TASK: usize = 8;
 /// Half the sides of a box by which it is grown for the search in it.
 const MARGIN: f64 = 0.5;
+/// Where points of creases are looked for from, in sides of a box from its middle: both sides of a thin part may be creases of one switch.
+const STARTS: [V3; 5] =
+    [[0.0; 3], [0.25, 0.25, 0.25], [0.25, -0.25, -0.25], [-0.25, 0.25, -0.25], [-0.25, -0.25, 0.25]];
+/// Distance between such points, in sides of a box, up to which one is enough.
+const NEAR: f64 = 0.1;
 /// Distance between corners, in longest steps, up to which they are one.
 const ONE_CORNER: f64 = 1e-6;
+/// The same for an end that no other line shares.
+const LOOSE: f64 = 1e-3;
 /// Distance from a corner, in longest steps, at which creases that start there are looked for.
 const SPROUT: f64 = 2e-3;
 
@@ -81,7 +88,7 @@ struct Seed {
     at: OnCurve,
 }
 
-/// Points of F = G = 0 from every box, at most one a switch, in the order of the boxes.
+/// Points of F = G = 0 from every box, in the order of the boxes.
 fn seeds(tracer: &Tracer<'_>, boxes: &[SwitchBox]) -> Vec<Seed> {
     let start = |chunk: &[SwitchBox]| -> Vec<Seed> {
         let grown: Vec<_> = chunk
@@ -96,10 +103,18 @@ fn seeds(tracer: &Tracer<'_>, boxes: &[SwitchBox]) -> Vec<Seed> {
         for ((b, grown), route) in chunk.iter().zip(&grown).zip(&routes) {
             let middle = [0, 1, 2].map(|a| 0.5 * (b.bounds.lo[a] + b.bounds.hi[a]));
             let search = Search { route, reach: 0.5 * grown.diagonal() };
+            let side = [0, 1, 2].map(|a| b.bounds.hi[a] - b.bounds.lo[a]);
             for &switch in &b.switches {
-                let at = tracer.solver.on_curve(&search, middle, switch, &mut desk);
-                let at = at.filter(|at| grown.contains(at.p) && tracer.bounds.contains(at.p));
-                found.extend(at.map(|at| Seed { switch, at }));
+                let first = found.len();
+                for start in STARTS {
+                    let from = [0, 1, 2].map(|a| middle[a] + start[a] * side[a]);
+                    let Some(at) = tracer.solver.on_curve(&search, from, switch, &mut desk) else { continue };
+                    let known = |s: &Seed| distance(s.at.p, at.p) <= NEAR * side[0];
+                    let there = grown.contains(at.p) && tracer.bounds.contains(at.p);
+                    if there && !found[first..].iter().any(known) {
+                        found.push(Seed { switch, at });
+                    }
+                }
             }
         }
         found
@@ -225,6 +240,13 @@ impl Network {
 
     /// The corners: all ends at corners and walls, each once, and for each line the numbers of its ends.
     pub(super) fn corners(&self, step: f64) -> (Vec<V3>, Vec<[usize; 2]>) {
+        let (mut corners, mut ends) = self.ends(step);
+        join_loose(&mut corners, &mut ends, LOOSE * step);
+        (corners, ends)
+    }
+
+    /// The ends of lines, those at one place once, and for each line the numbers of its ends.
+    fn ends(&self, step: f64) -> (Vec<V3>, Vec<[usize; 2]>) {
         let mut corners: Vec<V3> = Vec::new();
         let mut table: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
         let side = 4.0 * ONE_CORNER * step;
@@ -258,7 +280,7 @@ impl Network {
     fn sprout(&mut self, tracer: &mut Tracer<'_>, whole: bool) -> Result<(), FieldError> {
         let mut done = 0;
         for _ in 0..100 {
-            let (corners, _) = self.corners(tracer.step);
+            let (corners, _) = self.ends(tracer.step);
             if done == corners.len() {
                 break;
             }
@@ -291,6 +313,28 @@ impl Network {
         }
         Ok(())
     }
+}
+
+/// Ends that no other line shares become the corner within `reach` that is nearest: where pieces meet at small angles corners are found less
+/// exactly from one side than from the other.
+fn join_loose(corners: &mut Vec<V3>, ends: &mut [[usize; 2]], reach: f64) {
+    let mut lines = vec![0; corners.len()];
+    let known = |e: &&usize| **e != usize::MAX;
+    ends.iter().flatten().filter(known).for_each(|&e| lines[e] += 1);
+    let loose: Vec<usize> = (0..corners.len()).filter(|&c| lines[c] == 1).collect();
+    let mut now: Vec<usize> = (0..corners.len()).collect();
+    for &c in &loose {
+        let near = |d: &usize| *d != c && lines[*d] > 1 && distance(corners[*d], corners[c]) <= reach;
+        let way = |d: usize| distance(corners[d], corners[c]);
+        let nearest =
+            (0..corners.len()).filter(near).min_by(|&a, &b| way(a).total_cmp(&way(b)).then(a.cmp(&b)));
+        now[c] = nearest.unwrap_or(c);
+    }
+    let kept: Vec<usize> = (0..corners.len()).filter(|&c| now[c] == c).collect();
+    let mut place = vec![0; corners.len()];
+    kept.iter().enumerate().for_each(|(k, &c)| place[c] = k);
+    ends.iter_mut().flatten().filter(|e| **e != usize::MAX).for_each(|e| *e = place[now[*e]]);
+    *corners = kept.iter().map(|&c| corners[c]).collect();
 }
 
 fn cell(p: V3, side: f64) -> [i64; 3] {

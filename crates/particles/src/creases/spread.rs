@@ -34,6 +34,13 @@ impl Line {
         self.segments().map(|(a, b)| arc(a, b)).sum()
     }
 
+    /// By how much the tangent turns from end to end, or the normal of a side if that turns more (radians).
+    pub(super) fn turn(&self) -> f64 {
+        let angle = |a: V3, b: V3| 2.0 * asin(0.5 * distance(a, b));
+        let sum = |of: &dyn Fn(&Knot) -> V3| self.segments().map(|(a, b)| angle(of(a), of(b))).sum::<f64>();
+        sum(&|k| k.t).max(sum(&|k| k.sides[0].normal)).max(sum(&|k| k.sides[1].normal))
+    }
+
     /// Guesses of the points at `count` equal parts of the length, with tangents: the first knot is the first of them, and the
     /// end comes last unless the line is closed.
     pub(super) fn parts(&self, count: usize) -> Vec<(V3, V3)> {

@@ -1,7 +1,7 @@
 //! Following one crease from a point on it to where it ends.
 
 use isoswarm_field::arrange::Arrange;
-use isoswarm_field::switches::{Desk, Route};
+use isoswarm_field::switches::{Desk, Local, Route};
 use isoswarm_field::{Aabb, FieldError, Surface};
 
 use super::sides::{self, Shape, Side};
@@ -174,6 +174,7 @@ impl Tracer<'_> {
         let Some(mut next) = next else {
             // Behind a corner the switch may matter no more.
             return match self.crossings(here, guess, None, switch, h).first() {
+                Some(&c) if !smallest && self.passes_over(here, c, switch) => Ok(Step::Shorter),
                 Some(&c) => self.end_at(c, here, knot, switch, h),
                 None if smallest => Ok(Step::End(None, End::Lost)),
                 None => Ok(Step::Shorter),
@@ -184,8 +185,14 @@ impl Tracer<'_> {
         }
         for c in self.crossings(here, next.p, Some(&next), switch, h) {
             if self.is_corner(c, here, &next, knot, switch)? {
+                if !smallest && self.passes_over(here, c, switch) {
+                    return Ok(Step::Shorter);
+                }
                 return self.end_at(c, here, knot, switch, h);
             }
+        }
+        if !smallest && self.dips(here, next.p, next.t, &next.local, switch) {
+            return Ok(Step::Shorter);
         }
         let chord = sub(next.p, here.p);
         let straight = dot(chord, here.t) > 0.95 * norm(chord);
@@ -242,6 +249,30 @@ impl Tracer<'_> {
         found.into_iter().map(|f| f.1).collect()
     }
 
+    /// [`Tracer::dips`] on the way to a corner; there slopes are those between its sides, so the way ends just before it.
+    fn passes_over(&mut self, here: &OnCurve, c: V3, switch: u32) -> bool {
+        let off = (BESIDE * self.step).min(0.5 * distance(here.p, c));
+        let before = along(c, -off, here.t);
+        let local = self.solver.local(&self.solver.everywhere, before, &mut self.desk);
+        self.dips(here, before, here.t, &local, switch)
+    }
+
+    /// Whether on the way to `p` a switch that is open on the same side at both ends seems to close and to open again: by its slope at
+    /// either end it would be closed in between.
+    fn dips(&self, here: &OnCurve, p: V3, t: V3, local: &Local, switch: u32) -> bool {
+        let (length, tie) = (distance(here.p, p), self.solver.tie());
+        here.local.switches.iter().filter(|d| d.switch != switch).any(|d| {
+            let Some(there) = local.of(d.switch) else { return false };
+            let open = |v: f64, g: V3| v.abs() > tie * norm(g);
+            let falls = |v: f64, slope: f64| v * slope < 0.0 && v.abs() < slope.abs() * length;
+            (d.value > 0.0) == (there.value > 0.0)
+                && open(d.value, d.gradient)
+                && open(there.value, there.gradient)
+                && falls(d.value, dot(d.gradient, here.t))
+                && falls(there.value, -dot(there.gradient, t))
+        })
+    }
+
     /// Whether the crease or one of its sides turns at `c`.
     fn is_corner(
         &mut self,
@@ -280,6 +311,10 @@ impl Tracer<'_> {
         let way = distance(c, here.p);
         let off = (BESIDE * self.step).min(0.5 * way);
         let before = if off > 0.0 { self.beside(c, here.t, -off, switch)? } else { None };
+        if before.is_none() && off > 0.0 && h > SHORTEST * self.step {
+            // The corner of another crease, which details finer than the step have brought here.
+            return Ok(Step::Shorter);
+        }
         let last = before.unwrap_or_else(|| knot.clone());
         if distance(last.t, here.t) > MOST_TURN && h > SHORTEST * self.step {
             return Ok(Step::Shorter);
