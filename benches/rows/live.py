@@ -26,7 +26,7 @@ def mesh_rows(options: Options) -> list[Row]:
     path = next(path for path in scene.parameters if path.endswith("x0"))
     times = []
     for _ in range(FRAMES):
-        scene.parameters[path] = scene.parameters[path].value + MOTION * scene.spacing
+        scene.parameters[path].value += MOTION * scene.spacing
         scene.step()
         seconds, mesh = timed(Options(1, options.quick, options.processor), scene.mesh)
         times.append(seconds)
