@@ -11,7 +11,7 @@ from table import Row, number
 
 #: Frames of the animation.
 FRAMES = 20
-#: What a blob moves in a frame, in spacings.
+#: How much the parameter changes in a frame, in spacings.
 MOTION = 0.05
 
 
@@ -19,11 +19,19 @@ def mesh_rows(options: Options) -> list[Row]:
     """A frame of a mesh of 20,000 vertices after small motion, beside a mesh made afresh."""
     import isoswarm as iso
 
+    blobs, bounds = surfaces.field(fields.sixteen_blobs())
+    torus = iso.torus(major=1.0, minor=0.4)
+    return [*_frames(options, "16 blobs", blobs, bounds, "x0"), *_frames(options, "torus", torus, 1.6, "major")]
+
+
+def _frames(options: Options, name: str, model, bounds, moved: str) -> list[Row]:
+    """The same for one surface, of which a parameter changes."""
+    import isoswarm as iso
+
     n = 2_000 if options.quick else 20_000
-    model, bounds = surfaces.field(fields.sixteen_blobs())
     scene = iso.Scene(model, n=n, bounds=bounds)
     scene.mesh()
-    path = next(path for path in scene.parameters if path.endswith("x0"))
+    path = next(path for path in scene.parameters if path.endswith(moved))
     times = []
     for _ in range(FRAMES):
         scene.parameters[path].value += MOTION * scene.spacing
@@ -34,7 +42,7 @@ def mesh_rows(options: Options) -> list[Row]:
         raise RuntimeError(f"the mesh that follows is not closed: {mesh.report}")
     frame = 1e3 * float(np.median(times))
     afresh, _ = timed(options, lambda: iso.mesh(scene.model, n=n, bounds=bounds))
-    what = f"animated surface, {n:,} vertices"
+    what = f"animated {name}, {n:,} vertices"
     text = f"{number(frame)} ms a frame"
     options.log(f"{what}: {text}, afresh {number(1e3 * afresh)} ms")
     return [

@@ -176,9 +176,10 @@ impl LiveMesh {
             let done = self.0.update(&points, &normals, &ids, spacing);
             let mut mesh = self.0.mesh().clone();
             mesh.curvatures = vec![[f64::NAN; 2]; mesh.points.len()];
+            let (topology, quality) = rayon::join(|| mesh.topology(), || mesh.quality());
             let report = MeshReport {
-                topology: mesh.topology(),
-                quality: mesh.quality(),
+                topology,
+                quality,
                 max_distance: f64::NAN,
                 flips: done.flips,
                 inserted: done.born,

@@ -4,7 +4,7 @@ use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, add, cross, dot, norm, sub};
 use rayon::prelude::*;
 
-use super::sides::sides;
+use super::sides::{pinched, sides};
 
 /// No face on the other side.
 pub(super) const NONE: u32 = u32::MAX;
@@ -137,39 +137,7 @@ impl Triangles {
 
     /// Vertices of 0 to n - 1 whose faces form more than one fan.
     pub(super) fn pinched(&self, n: usize) -> Vec<u32> {
-        let (mut face_of, mut count) = (vec![NONE; n], vec![0u32; n]);
-        for (f, v) in self.faces.iter().enumerate() {
-            for &v in v {
-                face_of[v as usize] = f as u32;
-                count[v as usize] += 1;
-            }
-        }
-        let whole = |v: u32| {
-            let begin = face_of[v as usize] as usize;
-            let mut seen = 0;
-            // Counter-clockwise, and from the first face clockwise where that ends at a boundary.
-            for side in [2, 0] {
-                let mut g = begin;
-                loop {
-                    let Some(k) = self.corner(g, v) else { return false };
-                    seen += u32::from(side == 2 || g != begin);
-                    let other = self.across[g][(k + side) % 3];
-                    if other == NONE || seen > count[v as usize] {
-                        break;
-                    }
-                    g = other as usize;
-                    if g == begin {
-                        return seen == count[v as usize];
-                    }
-                }
-            }
-            seen == count[v as usize]
-        };
-        (0..n as u32)
-            .into_par_iter()
-            .with_min_len(2048)
-            .filter(|&v| face_of[v as usize] != NONE && !whole(v))
-            .collect()
+        pinched(n, &self.faces, &self.across)
     }
 
     /// The face over the edge of face `f` that starts at `a`.

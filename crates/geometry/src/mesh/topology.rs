@@ -3,7 +3,7 @@
 use isoswarm_field::arrange::Arrange;
 use std::fmt;
 
-use super::sides::sides;
+use super::sides::{pinched, sides};
 
 /// Something that a proper mesh does not have. Numbers are those of vertices and faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,53 +88,77 @@ impl Topology {
         let mut out = Self { vertices, faces: faces.len(), ..Self::default() };
         let good: Vec<bool> =
             faces.iter().enumerate().map(|(f, v)| out.names_vertices(f as u32, *v)).collect();
-        // Each side of a face: its edge, the face, and whether it runs from the smaller number to the larger.
-        let sides: Vec<(u32, u32, u32, bool)> = sides(vertices, faces, |f| good[f])
-            .into_iter()
-            .map(|(a, b, s)| (a, b, s / 3, faces[s as usize / 3][s as usize % 3] == a))
-            .collect();
-        let mut parts = Parts::new(vertices);
-        let mut open: Vec<(u32, u32)> = Vec::new();
-        // Corners of faces, joined across shared edges: each fan around a vertex is one set.
-        let mut fans = Parts::new(3 * faces.len());
-        let corner =
-            |f: u32, v: u32| 3 * f + faces[f as usize].iter().position(|&w| w == v).unwrap_or(0) as u32;
-        for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-            let (a, b, f, up) = edge[0];
-            out.edges += 1;
-            parts.join(a, b);
-            match edge {
-                [_] => open.push((a, b)),
-                [_, (_, _, g, other)] => {
-                    if up == *other {
-                        out.fault(Fault::Orientation { ends: [a, b] });
-                    }
-                    fans.join(corner(f, a), corner(*g, a));
-                    fans.join(corner(f, b), corner(*g, b));
-                }
-                _ => out.fault(Fault::Edge { ends: [a, b] }),
-            }
+        if !good.iter().all(|g| *g) {
+            // The others, as if these were not there.
+            let kept: Vec<[u32; 3]> = faces.iter().zip(&good).filter(|(_, g)| **g).map(|(v, _)| *v).collect();
+            out.look(&kept);
+        } else {
+            out.look(faces);
         }
-        let mut fan_of = vec![u32::MAX; vertices];
-        for (f, v) in faces.iter().enumerate().filter(|(f, _)| good[*f]) {
-            for (k, &v) in v.iter().enumerate() {
-                let fan = fans.root((3 * f + k) as u32);
-                let seen = &mut fan_of[v as usize];
-                if *seen == u32::MAX {
-                    *seen = fan;
-                } else if *seen != fan {
-                    *seen = fan;
-                    out.fault(Fault::Vertex { vertex: v });
-                }
-            }
-        }
-        for v in 0..vertices {
-            if fan_of[v] == u32::MAX {
-                out.fault(Fault::Isolated { vertex: v as u32 });
-            }
-        }
-        out.count(&mut parts, faces, &good, &sides, &open, &fan_of);
         out
+    }
+
+    /// The same of faces that name three different vertices each.
+    fn look(&mut self, faces: &[[u32; 3]]) {
+        let sides = sides(self.vertices, faces, |_| true);
+        let edges = || sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
+        let mut parts = Parts::new(self.vertices);
+        let mut open: Vec<(u32, u32)> = Vec::new();
+        let mut across = vec![[u32::MAX; 3]; faces.len()];
+        for edge in edges() {
+            let (a, b, s) = edge[0];
+            self.edges += 1;
+            parts.join(a, b);
+            match *edge {
+                [_] => open.push((a, b)),
+                [_, (_, _, t)] => {
+                    let [(f, k), (g, l)] = [s, t].map(|s| (s as usize / 3, s as usize % 3));
+                    if faces[f][k] == faces[g][l] {
+                        self.fault(Fault::Orientation { ends: [a, b] });
+                    }
+                    (across[f][k], across[g][l]) = (g as u32, f as u32);
+                }
+                _ => self.fault(Fault::Edge { ends: [a, b] }),
+            }
+        }
+        for vertex in pinched(self.vertices, faces, &across) {
+            self.fault(Fault::Vertex { vertex });
+        }
+        self.component = vec![u32::MAX; self.vertices];
+        let (mut number, mut many) = (vec![u32::MAX; self.vertices], 0);
+        for &v in faces.iter().flatten() {
+            if self.component[v as usize] != u32::MAX {
+                continue;
+            }
+            let n = &mut number[parts.root(v) as usize];
+            if *n == u32::MAX {
+                (*n, many) = (many, many + 1);
+            }
+            self.component[v as usize] = *n;
+        }
+        self.euler = vec![0; many as usize];
+        for v in 0..self.vertices {
+            match self.component[v] {
+                u32::MAX => self.fault(Fault::Isolated { vertex: v as u32 }),
+                c => self.euler[c as usize] += 1,
+            }
+        }
+        for edge in edges() {
+            self.euler[self.component[edge[0].0 as usize] as usize] -= 1;
+        }
+        for v in faces {
+            self.euler[self.component[v[0] as usize] as usize] += 1;
+        }
+        let mut loops = Parts::new(self.vertices);
+        open.iter().for_each(|&(a, b)| loops.join(a, b));
+        self.boundary_of = vec![0; many as usize];
+        let mut roots: Vec<u32> = open.iter().map(|&(a, _)| loops.root(a)).collect();
+        roots.arrange();
+        roots.dedup();
+        self.boundaries = roots.len();
+        for r in roots {
+            self.boundary_of[self.component[r as usize] as usize] += 1;
+        }
     }
 
     /// Whether there are no faults: a manifold, with or without boundary, consistently oriented.
@@ -179,53 +203,6 @@ impl Topology {
             return false;
         }
         true
-    }
-
-    /// Euler characteristics and boundaries.
-    fn count(
-        &mut self,
-        parts: &mut Parts,
-        faces: &[[u32; 3]],
-        good: &[bool],
-        sides: &[(u32, u32, u32, bool)],
-        open: &[(u32, u32)],
-        fan_of: &[u32],
-    ) {
-        self.component = vec![u32::MAX; self.vertices];
-        let (mut number, mut many) = (vec![u32::MAX; self.vertices], 0);
-        for v in faces.iter().zip(good).filter(|(_, g)| **g).flat_map(|(v, _)| *v) {
-            if self.component[v as usize] != u32::MAX {
-                continue;
-            }
-            let n = &mut number[parts.root(v) as usize];
-            if *n == u32::MAX {
-                (*n, many) = (many, many + 1);
-            }
-            self.component[v as usize] = *n;
-        }
-        let many = many as usize;
-        self.euler = vec![0; many];
-        for (v, c) in self.component.iter().enumerate() {
-            if fan_of[v] != u32::MAX {
-                self.euler[*c as usize] += 1;
-            }
-        }
-        for edge in sides.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-            self.euler[self.component[edge[0].0 as usize] as usize] -= 1;
-        }
-        for (v, _) in faces.iter().zip(good).filter(|(_, g)| **g) {
-            self.euler[self.component[v[0] as usize] as usize] += 1;
-        }
-        let mut loops = Parts::new(self.vertices);
-        open.iter().for_each(|&(a, b)| loops.join(a, b));
-        self.boundary_of = vec![0; many];
-        let mut roots: Vec<u32> = open.iter().map(|&(a, _)| loops.root(a)).collect();
-        roots.arrange();
-        roots.dedup();
-        self.boundaries = roots.len();
-        for r in roots {
-            self.boundary_of[self.component[r as usize] as usize] += 1;
-        }
     }
 }
 
@@ -303,6 +280,14 @@ mod tests {
         assert_eq!(fault(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]])[0], Fault::Edge { ends: [0, 1] });
         assert_eq!(fault(4, &[[0, 1, 2], [0, 1, 3]]), [Fault::Orientation { ends: [0, 1] }]);
         assert_eq!(fault(4, &[[0, 1, 2]]), [Fault::Isolated { vertex: 3 }]);
+        // A face that is oriented against its neighbours tears no fan.
+        let mut faces = tetrahedron(0);
+        faces[0].swap(0, 1);
+        let turned = fault(4, &faces);
+        assert!(
+            turned.len() == 3 && turned.iter().all(|f| matches!(f, Fault::Orientation { .. })),
+            "{turned:?}"
+        );
         // Two tetrahedra that touch at a vertex.
         let mut faces = tetrahedron(0);
         faces.extend(tetrahedron(4).into_iter().map(|f| f.map(|v| if v == 4 { 0 } else { v })));
