@@ -88,13 +88,14 @@ class EditableScene(SceneView):
         self._do("replace", path=path, model=self._part(part))
 
     def remove(self, path: str) -> None:
-        """Take a part out."""
+        """Take a part out, and the pins on it."""
         self._do("remove", path=path)
 
     def hide(self, path: str, hidden: bool = True) -> None:
         """Leave a part out of the operator above it, or take it in again (``hidden=False``).
 
-        The model is as if the part had been removed; its parameters stay, and come back with it.
+        The model is as if the part had been removed, and pins on it go; its parameters stay, and come back with it. (``scene.undo()`` brings the
+        pins back.)
 
         >>> import isoswarm as iso
         >>> scene = iso.Scene("sphere(r=1) | translate(sphere(r=0.5), x=1)", n=200)

@@ -44,7 +44,7 @@ pub trait WideSingle: Wide<Number = f32> {
     fn columns(rows: &[Self::Row], at: &[u32]) -> [Self; 4];
 }
 
-#[cfg(not(target_arch = "wasm32"))]
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 mod lanes {
     /// In single precision.
     pub type Single = f32;
@@ -52,7 +52,7 @@ mod lanes {
     pub type Double = f64;
 }
 
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 mod lanes {
     use core::arch::wasm32::{
         f32x4, f32x4_add, f32x4_extract_lane, f32x4_lt, f32x4_mul, f32x4_splat, f32x4_sub, f64x2, f64x2_add,

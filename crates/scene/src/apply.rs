@@ -1,5 +1,7 @@
 //! What each command does.
 
+use std::collections::HashSet;
+
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::model::{Model, Param, Payload, kind, path_matches};
 use isoswarm_field::{Field, FieldError, text};
@@ -514,22 +516,23 @@ impl Scene {
         if field.components() != 1 {
             return Err(Error::option("model", "one equation F = 0", format!("{}", field.components())));
         }
+        let on = self.pins_on_the_surface()?;
         self.remember();
         (self.now.state.field, self.now.state.rest) = (field, rest);
         self.resettle(what)?;
         self.learn_functions(&model);
-        let lost = self.lose_pins()?;
+        // Pins that the surface has left would pull what there is of it to where a part was.
+        let still = self.pins_on_the_surface()?;
+        let lost: Vec<u64> = on.into_iter().filter(|id| !still.contains(id)).collect();
+        self.now.state.pins.retain(|p| !lost.contains(&p.id));
         Ok(Change { model: true, parameters: true, lost, ..Change::default() })
     }
 
-    /// Takes away the pins that are farther than a spacing from the surface of a model that is another one now, and gives their numbers:
-    /// they would pull what is left of it to where a part was.
-    fn lose_pins(&mut self) -> Result<Vec<u64>, Error> {
-        let (off, far) = (self.now.residuals()?, self.now.state.spacing);
+    /// The numbers of the pins that are within a spacing of the surface.
+    fn pins_on_the_surface(&self) -> Result<HashSet<u64>, Error> {
+        let off = self.now.residuals()?;
         let pins = self.now.state.pins.iter().zip(off);
-        let lost: Vec<u64> = pins.filter(|(_, off)| *off > far).map(|(p, _)| p.id).collect();
-        self.now.state.pins.retain(|p| !lost.contains(&p.id));
-        Ok(lost)
+        Ok(pins.filter(|(_, off)| *off <= self.now.state.spacing).map(|(p, _)| p.id).collect())
     }
 
     fn turn_back(&mut self, undo: bool) -> Result<Change, Error> {

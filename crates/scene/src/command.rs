@@ -256,7 +256,7 @@ pub enum Command {
         /// The node.
         path: String,
     },
-    /// Leaves a part out of the operator above it, or takes it in again; its parameters stay.
+    /// Leaves a part out of the operator above it, or takes it in again; its parameters stay, pins on it go.
     Hide {
         /// The node.
         path: String,

@@ -258,6 +258,16 @@ fn pins_go_with_the_part_that_they_are_on() {
     s.apply(Command::Undo {}).unwrap();
     assert_eq!(pins(&s), both);
     assert_eq!(s.apply(Command::Remove { path: "sphere".into() }).unwrap().lost, [both[0]]);
+    // One that cannot be met was not on the surface before, and stays when something else is changed.
+    s.apply(Command::Undo {}).unwrap();
+    s.apply(Command::Freeze { pattern: "*".into(), frozen: true }).unwrap();
+    s.apply(set("sphere/r", 0.4, false)).unwrap();
+    s.apply(Command::Step { count: 5 }).unwrap();
+    let (off, spacing) = (s.residuals().unwrap()[0], s.frame().spacing);
+    assert!(off > 1.5 * spacing, "{off} {spacing}");
+    let renamed = Command::Rename { path: "sphere".into(), name: "ball".into() };
+    assert!(s.apply(renamed).unwrap().lost.is_empty());
+    assert_eq!(pins(&s), both);
     // A copy that lies on the surface leaves the pins on it.
     assert!(s.apply(Command::Duplicate { path: "translate".into(), name: None }).unwrap().lost.is_empty());
 }

@@ -63,12 +63,14 @@ pub struct LiveMesh {
     bounds: Aabb,
     mesh: Mesh,
     across: Vec<[u32; 3]>,
+    /// What was open after the last update.
+    was_open: usize,
 }
 
 impl LiveMesh {
     /// An empty mesh of a surface in `bounds`.
     pub fn new(bounds: Aabb) -> Self {
-        Self { bounds, mesh: Mesh::default(), across: Vec::new() }
+        Self { bounds, mesh: Mesh::default(), across: Vec::new(), was_open: 0 }
     }
 
     /// The mesh after the last update. Rows are those of the swarm.
@@ -92,7 +94,7 @@ impl LiveMesh {
         self.mesh.ids = ids.to_vec();
         if follows {
             out.open = self.open(spacing);
-            follows = out.restitched == 0 || out.open == 0;
+            follows = out.restitched == 0 || out.open <= self.was_open;
         }
         if !follows {
             (out.stitched, out.restitched) = (true, 0);
@@ -102,6 +104,7 @@ impl LiveMesh {
             (self.mesh.faces, self.across) = (triangles.faces, triangles.across);
             out.open = self.open(spacing);
         }
+        self.was_open = out.open;
         out
     }
 
@@ -220,21 +223,28 @@ fn restitch(
     bounds: &Aabb,
     spacing: f64,
 ) -> Option<usize> {
+    let most = MOST * points.len() as f64;
+    if spots.len() as f64 > most {
+        return None;
+    }
     let (inner, outer) = (INNER * spacing, OUTER * spacing);
     let grid = Grid::new(points, None, outer);
     let (mut near, mut takes_part) = (vec![false; points.len()], vec![false; points.len()]);
+    let mut local = Vec::new();
     for &spot in spots {
         let p = points[spot as usize];
         grid.near(p, outer, |v| {
             let d = distance(points[v as usize], p);
             near[v as usize] |= d < inner;
-            takes_part[v as usize] |= d < outer;
+            if d < outer && !std::mem::replace(&mut takes_part[v as usize], true) {
+                local.push(v);
+            }
         });
+        if local.len() as f64 > most {
+            return None;
+        }
     }
-    let local: Vec<u32> = (0..points.len() as u32).filter(|&v| takes_part[v as usize]).collect();
-    if local.len() as f64 > MOST * points.len() as f64 {
-        return None;
-    }
+    local.arrange();
     let pick = |from: &[V3]| local.iter().map(|&v| from[v as usize]).collect::<Vec<V3>>();
     let (local_points, local_normals) = (pick(points), pick(normals));
     let mut patch = Triangles::new(stitch(&local_points, &local_normals, bounds, &[spacing]).faces);
