@@ -25,7 +25,13 @@ pub struct FaceQuality {
 
 impl FaceQuality {
     /// Of the triangle with the given corners.
-    pub fn of([a, b, c]: [V3; 3]) -> Self {
+    pub fn of(corners: [V3; 3]) -> Self {
+        let (quality, [sine, cosine]) = Self::but_largest_angle(corners);
+        Self { largest_angle: libm::atan2(sine, cosine), ..quality }
+    }
+
+    /// The same but for the largest angle, whose sine and cosine are given, times the same length.
+    fn but_largest_angle([a, b, c]: [V3; 3]) -> (Self, [f64; 2]) {
         let sides = [sub(c, b), sub(a, c), sub(b, a)];
         // Measured in the largest coordinate difference: squares of very small or large ones leave the range of numbers.
         let unit = sides.as_flattened().iter().fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -34,7 +40,7 @@ impl FaceQuality {
         let twice = norm(cross(sides[0], sides[1]));
         let longest = length.iter().fold(0.0, |m: f64, &l| m.max(l));
         if !(twice > 0.0 && longest.is_finite()) {
-            return Self { largest_angle: std::f64::consts::PI, ..Self::default() };
+            return (Self::default(), [0.0, -1.0]);
         }
         let half = 0.5 * (length[0] + length[1] + length[2]);
         let inscribed = 0.5 * twice / half;
@@ -43,12 +49,13 @@ impl FaceQuality {
         let cosine = [0, 1, 2].map(|k: usize| -dot(sides[(k + 1) % 3], sides[(k + 2) % 3]));
         let [least, most] =
             cosine.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, m], &c| [l.min(c), m.max(c)]);
-        Self {
+        let quality = Self {
             q: 2.0 * 3f64.sqrt() * inscribed / longest,
             radius_ratio: 2.0 * inscribed / circumscribed,
             smallest_angle: libm::atan2(twice, most),
-            largest_angle: libm::atan2(twice, least),
-        }
+            largest_angle: 0.0,
+        };
+        (quality, [twice, least])
     }
 }
 
@@ -92,26 +99,30 @@ impl Quality {
         let mut valence = vec![0u32; points.len()];
         faces.iter().flatten().for_each(|&v| valence[v as usize] += 1);
         // Sums in fixed parts: the number of threads does not matter.
-        let parts: Vec<Self> = faces
+        let larger = |a: [f64; 2], b: [f64; 2]| if b[1] * a[0] < a[1] * b[0] { b } else { a };
+        let parts: Vec<(Self, [f64; 2])> = faces
             .par_chunks(CHUNK)
             .map(|faces| {
-                let all = faces.iter().map(|f| FaceQuality::of(f.map(|v| points[v as usize])));
-                all.fold(none, |s, t| {
-                    s.with(Self {
+                let all = faces.iter().map(|f| FaceQuality::but_largest_angle(f.map(|v| points[v as usize])));
+                all.fold((none, [0.0, 1.0]), |(s, largest), (t, angle)| {
+                    let with = s.with(Self {
                         q_avg: t.q,
                         q_min: t.q,
                         radius_ratio_avg: t.radius_ratio,
                         radius_ratio_min: t.radius_ratio,
                         smallest_angle: t.smallest_angle,
                         smallest_angle_avg: t.smallest_angle,
-                        largest_angle: t.largest_angle,
                         below_30: f64::from(u8::from(t.smallest_angle < 30f64.to_radians())),
                         ..none
-                    })
+                    });
+                    (with, larger(largest, angle))
                 })
             })
             .collect();
-        let mut out = parts.into_iter().fold(none, Self::with);
+        let (mut out, [sine, cosine]) = parts
+            .into_iter()
+            .fold((none, [0.0, 1.0]), |(s, largest), (t, angle)| (s.with(t), larger(largest, angle)));
+        out.largest_angle = libm::atan2(sine, cosine);
         let n = faces.len() as f64;
         out.q_avg /= n;
         out.radius_ratio_avg /= n;
@@ -136,7 +147,6 @@ impl Quality {
             radius_ratio_min: self.radius_ratio_min.min(other.radius_ratio_min),
             smallest_angle: self.smallest_angle.min(other.smallest_angle),
             smallest_angle_avg: self.smallest_angle_avg + other.smallest_angle_avg,
-            largest_angle: self.largest_angle.max(other.largest_angle),
             below_30: self.below_30 + other.below_30,
             ..self
         }
@@ -177,5 +187,11 @@ mod tests {
         let flat = FaceQuality::of([[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
         assert_eq!((flat.q, flat.radius_ratio, flat.smallest_angle), (0.0, 0.0, 0.0));
         assert_eq!(Quality::of(&[], &[]), Quality::default());
+        // The largest of all is that of the bluntest triangle, and 180 degrees where one is flat.
+        let points = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 4.0, 0.0], [5.0, 0.3, 0.0], [6.0, 0.0, 0.0]];
+        let angle = |faces: &[[u32; 3]]| Quality::of(&points, faces).largest_angle;
+        let bluntest = FaceQuality::of([points[0], points[3], points[4]]).largest_angle.to_degrees();
+        assert!(bluntest > 150.0 && bluntest == angle(&[[0, 1, 2], [0, 3, 4], [1, 2, 4]]));
+        assert_eq!(angle(&[[0, 1, 2], [0, 1, 4], [0, 3, 4]]), 180.0);
     }
 }
