@@ -8,6 +8,8 @@ use super::Mesh;
 
 /// Triangles that one task measures.
 const CHUNK: usize = 2048;
+/// Sine and cosine of an angle smaller than any, times the same length.
+const ACUTE: [f64; 2] = [1.0, f64::MAX];
 
 /// Quality of one triangle. A triangle without area has 0 for both measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -104,7 +106,7 @@ impl Quality {
             .par_chunks(CHUNK)
             .map(|faces| {
                 let all = faces.iter().map(|f| FaceQuality::but_largest_angle(f.map(|v| points[v as usize])));
-                all.fold((none, [0.0, 1.0]), |(s, largest), (t, angle)| {
+                all.fold((none, ACUTE), |(s, largest), (t, angle)| {
                     let with = s.with(Self {
                         q_avg: t.q,
                         q_min: t.q,
@@ -121,7 +123,7 @@ impl Quality {
             .collect();
         let (mut out, [sine, cosine]) = parts
             .into_iter()
-            .fold((none, [0.0, 1.0]), |(s, largest), (t, angle)| (s.with(t), larger(largest, angle)));
+            .fold((none, ACUTE), |(s, largest), (t, angle)| (s.with(t), larger(largest, angle)));
         out.largest_angle = libm::atan2(sine, cosine);
         let n = faces.len() as f64;
         out.q_avg /= n;
