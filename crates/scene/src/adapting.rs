@@ -225,14 +225,14 @@ impl Scene {
     fn kept(&self, a: &Adapting) -> Result<(Model, Option<Vec<f64>>), Error> {
         let node = self.model()?.node(&a.adapter)?;
         let keep = |m: &Model| m.with_wrapped(&a.path, |part| node.with_operands(vec![part.clone()]));
-        Ok((keep(&a.original)?, self.carried_rest(&a.original, keep)?))
+        Ok((keep(&a.original)?, self.carried_rest(&a.original, &keep)?))
     }
 
     /// The rest shape's values after a change of the tree `before`.
     pub(crate) fn carried_rest(
         &self,
         before: &Model,
-        change: impl Fn(&Model) -> Result<Model, FieldError>,
+        change: &dyn Fn(&Model) -> Result<Model, FieldError>,
     ) -> Result<Option<Vec<f64>>, Error> {
         let Some(rest) = &self.now.state.rest else { return Ok(None) };
         let mut params = before.parameters();
@@ -318,7 +318,7 @@ impl Scene {
         }
         let model = whole.with_node(path, &operand.current_model()?)?;
         let field = Field::new(&model)?;
-        let rest = self.carried_rest(&whole, |m| m.with_node(path, &operand.current_model()?))?;
+        let rest = self.carried_rest(&whole, &|m| m.with_node(path, &operand.current_model()?))?;
         self.remember();
         (self.now.state.field, self.now.state.rest) = (field, rest);
         self.resettle("flattening")?;

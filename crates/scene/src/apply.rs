@@ -1,7 +1,5 @@
 //! What each command does.
 
-use std::collections::HashSet;
-
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::model::{Model, Param, Payload, kind, path_matches};
 use isoswarm_field::{Field, FieldError, text};
@@ -123,23 +121,23 @@ impl Scene {
                 if let Some(name) = name {
                     part = part.named(&name)?;
                 }
-                self.edit("adding this part", |m| m.with_added(&or_root(m, &path), &part))
+                self.edit("adding this part", &|m| m.with_added(&or_root(m, &path), &part))
             }
             Command::Replace { path, model } => {
                 let part = self.read_part(&model)?;
-                self.edit("this replacement", |m| m.with_node(&or_root(m, &path), &part))
+                self.edit("this replacement", &|m| m.with_node(&or_root(m, &path), &part))
             }
-            Command::Remove { path } => self.edit("removing this part", |m| m.without_node(&path)),
+            Command::Remove { path } => self.edit("removing this part", &|m| m.without_node(&path)),
             Command::Hide { path, hidden } => self
-                .edit(if hidden { "hiding this part" } else { "showing this part" }, |m| {
+                .edit(if hidden { "hiding this part" } else { "showing this part" }, &|m| {
                     m.with_hidden(&path, hidden)
                 }),
-            Command::Wrap { path, kind, parameters, name } => self.edit("this operator", |m| {
+            Command::Wrap { path, kind, parameters, name } => self.edit("this operator", &|m| {
                 m.with_wrapped(&or_root(m, &path), |inner| wrap(inner, &kind, &parameters, name.as_deref()))
             }),
-            Command::Unwrap { path } => self.edit("taking off this operator", |m| m.without_operator(&path)),
+            Command::Unwrap { path } => self.edit("taking off this operator", &|m| m.without_operator(&path)),
             Command::Reorder { path, order } => {
-                self.edit("this order", |m| m.with_order(&or_root(m, &path), &order))
+                self.edit("this order", &|m| m.with_order(&or_root(m, &path), &order))
             }
             Command::Adapt { path, adapter, center, axis, half, controls } => {
                 self.idle("put an adapter on")?;
@@ -162,13 +160,13 @@ impl Scene {
                 self.idle("flatten")?;
                 self.flatten(&path)
             }
-            Command::Rename { path, name } => self.edit("this name", |m| {
+            Command::Rename { path, name } => self.edit("this name", &|m| {
                 let path = or_root(m, &path);
                 let part = m.node(&path)?;
                 m.with_node(&path, &if name.is_empty() { part.unnamed()? } else { part.named(&name)? })
             }),
             Command::Duplicate { path, name } => {
-                self.edit("this copy", |m| m.with_copy(&or_root(m, &path), name.as_deref()))
+                self.edit("this copy", &|m| m.with_copy(&or_root(m, &path), name.as_deref()))
             }
             Command::Together { commands } => self.together(commands, progress),
             Command::Undo {} => self.turn_back(true),
@@ -235,7 +233,7 @@ impl Scene {
         let i = self.field().parameter(path)?;
         self.mine(vec![i], path)?;
         if self.field().parameters()[i].discrete {
-            return self.edit("this value", |m| m.with_value(path, value));
+            return self.edit("this value", &|m| m.with_value(path, value));
         }
         let same = |e: &Entry| matches!(&e.command, Command::Set { path: last, .. } if last == path);
         let mut before = self.log.iter().rev().skip_while(|e| matches!(e.command, Command::Step { .. }));
@@ -505,7 +503,7 @@ impl Scene {
     fn edit(
         &mut self,
         what: &str,
-        change: impl Fn(&Model) -> Result<Model, FieldError>,
+        change: &dyn Fn(&Model) -> Result<Model, FieldError>,
     ) -> Result<Change, Error> {
         self.idle("change the model")?;
         self.no_adapter("change the model")?;
@@ -529,7 +527,7 @@ impl Scene {
     }
 
     /// The numbers of the pins that are within a spacing of the surface.
-    fn pins_on_the_surface(&self) -> Result<HashSet<u64>, Error> {
+    fn pins_on_the_surface(&self) -> Result<Vec<u64>, Error> {
         let off = self.now.residuals()?;
         let pins = self.now.state.pins.iter().zip(off);
         Ok(pins.filter(|(_, off)| *off <= self.now.state.spacing).map(|(p, _)| p.id).collect())
