@@ -6,8 +6,6 @@
 //! looking over a border (if a circle through it held another sample that can be seen from within the triangle, that one could be seen
 //! from the corner too). It is found by wrapping: after a neighbour comes the one that sees the edge to it under the largest angle.
 
-use std::cmp::Ordering;
-
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::math::atan2;
 
@@ -56,6 +54,8 @@ pub(crate) struct Fences<'a> {
 #[derive(Default)]
 pub(crate) struct View {
     seen: Vec<Seen>,
+    /// Those of them that are on borders, in rising order.
+    fenced: Vec<u32>,
     edges: Vec<([f64; 2], [f64; 2], [u32; 2])>,
     tied: Vec<Seen>,
 }
@@ -82,7 +82,9 @@ impl<'a> Fences<'a> {
         for i in 0..points.len() {
             if !near[i] {
                 let mut close = false;
-                fence.near(points[i], REACH * at(i), |_| close = true);
+                // A border passes by that ends further away.
+                let reach = REACH * at(i) + widest;
+                fence.near(points[i], reach, |j| close |= distance(points[j as usize], points[i]) <= reach);
                 near[i] = close;
             }
         }
@@ -130,7 +132,7 @@ impl<'a> Fences<'a> {
                 self.wrap(i, first, view, false, out);
                 let closed = out.last().is_some_and(|&j| j == before);
                 if last.is_none() {
-                    out.push(Rings::WALL);
+                    out.push(if before == NOBODY { Rings::WALL } else { Rings::OPEN });
                 } else {
                     if !closed {
                         out.extend([Rings::OPEN, before]);
@@ -141,7 +143,7 @@ impl<'a> Fences<'a> {
             (None, Some(last)) => {
                 self.wrap(i, last, view, true, out);
                 out[from..].reverse();
-                out.push(if self.borders[i] == [NOBODY; 2] { Rings::OPEN } else { Rings::WALL });
+                out.push(if after == NOBODY { Rings::WALL } else { Rings::OPEN });
             }
             (None, None) => {
                 let far = |s: &Seen| s.at[0] * s.at[0] + s.at[1] * s.at[1];
@@ -208,8 +210,9 @@ impl<'a> Fences<'a> {
 
     /// What sample `i` sees on its piece.
     fn look(&self, i: usize, view: &mut View) {
-        let View { seen, edges, .. } = view;
+        let View { seen, fenced, edges, .. } = view;
         seen.clear();
+        fenced.clear();
         edges.clear();
         let own = self.borders[i];
         let (p, n) = (self.points[i], self.normals[i]);
@@ -218,27 +221,31 @@ impl<'a> Fences<'a> {
         let known = |j: u32| (j != NOBODY).then(|| flat(j));
         let i32 = i as u32;
         let mut add_seen = |j: u32| {
-            if j == i32 || seen.iter().any(|s: &Seen| s.j == j) {
-                return;
-            }
             let at = flat(j);
             if at[0] * at[0] + at[1] * at[1] > 1e-18 * self.reach(i).powi(2) {
                 seen.push(Seen { j, at });
+                if self.borders[j as usize] != [NOBODY; 2] {
+                    fenced.push(j);
+                }
             }
         };
-        own.into_iter().filter(|j| *j != NOBODY).for_each(&mut add_seen);
+        let nobody = |j: u32| j == NOBODY || j == i32;
+        let other = own[1] != own[0];
+        own.into_iter().take(1 + usize::from(other)).filter(|j| !nobody(*j)).for_each(&mut add_seen);
+        // The grid comes to everybody once.
         self.grid.near(p, self.reach(i), |j| {
             let (q, m) = (self.points[j as usize], self.normals[j as usize]);
-            if distance(p, q) <= self.reach(i) && together(sub(q, p), n, m) {
+            if j != i32 && !own.contains(&j) && distance(p, q) <= self.reach(i) && together(sub(q, p), n, m) {
                 add_seen(j);
             }
         });
+        fenced.arrange();
         for s in seen.iter() {
             let [after, before] = self.borders[s.j as usize];
             if after != NOBODY {
                 edges.push((s.at, flat(after), [s.j, after]));
             }
-            if before != NOBODY && !seen.iter().any(|s| s.j == before) {
+            if before != NOBODY && fenced.binary_search(&before).is_err() {
                 edges.push((flat(before), s.at, [before, s.j]));
             }
         }
@@ -332,7 +339,8 @@ fn choose(i: u32, now: Seen, tied: &mut [Seen], turn: impl Fn([f64; 2], [f64; 2]
     if let [one] = *tied {
         return one;
     }
-    tied.arrange_by(|a, b| turn(b.at, a.at).partial_cmp(&0.0).unwrap_or(Ordering::Equal).then(a.j.cmp(&b.j)));
+    let angle = |s: &Seen| atan2(turn(now.at, s.at), now.at[0] * s.at[0] + now.at[1] * s.at[1]);
+    tied.arrange_by(|a, b| angle(a).total_cmp(&angle(b)).then(a.j.cmp(&b.j)));
     let least = tied.iter().map(|s| s.j).fold(i.min(now.j), u32::min);
     let chosen = if least == i {
         tied.first()

@@ -28,6 +28,9 @@ impl<'a> Patches<'a> {
     }
 
     fn close_with(&mut self, outline: &[u32], faces: &mut Vec<[u32; 3]>, all: bool) -> bool {
+        if outline.len() < 3 {
+            return false;
+        }
         let before = faces.len();
         let mut left = outline.to_vec();
         let mut fresh: Vec<(u32, u32)> = Vec::new();
@@ -48,7 +51,7 @@ impl<'a> Patches<'a> {
             left.remove(k);
         }
         let last = [left[0], left[1], left[2]];
-        if left.len() < 3 || !self.faces_outwards(last, all) {
+        if !self.faces_outwards(last, all) {
             faces.truncate(before);
             return false;
         }

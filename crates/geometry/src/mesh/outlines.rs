@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use isoswarm_field::math::atan2;
 use isoswarm_field::vector::{V3, cross, dot, sub, tangential};
 
-/// Longest outline of a hole that is closed.
-const LONGEST: usize = 256;
+/// Longest outline of a hole that is closed: what that takes grows with the cube.
+const LONGEST: usize = 128;
 /// A full turn.
 const ROUND: f64 = 2.0 * std::f64::consts::PI;
 
@@ -19,8 +19,8 @@ pub(super) struct Open<'a> {
 }
 
 impl Open<'_> {
-    /// The outlines of the holes between triangles and borders, each with the hole on its left, in the order of their smallest vertices.
-    /// `ends(a, b)`: the surface ends at the edge. Second: outlines that are too long.
+    /// The outlines of the holes between triangles and borders, each with the hole on its left, in the order in which `faces` and then
+    /// borders come to them; without those that are too long. `ends(a, b)`: the surface ends at the edge.
     pub(super) fn outlines(&self, faces: &[[u32; 3]], ends: impl Fn(u32, u32) -> bool) -> Vec<Vec<u32>> {
         let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
         let known: HashSet<(u32, u32)> = faces.iter().flat_map(sides).collect();
@@ -53,7 +53,8 @@ impl Open<'_> {
                 let Some(next) = leaving.get(&to).and_then(|l| self.turn(from, to, l)) else { break };
                 (from, to) = (to, next);
             }
-            if (from, to) == (a, b) && outline.len() <= LONGEST {
+            // Two creases with one segment each between the same corners enclose nothing.
+            if (from, to) == (a, b) && (3..=LONGEST).contains(&outline.len()) {
                 out.push(outline);
             }
         }

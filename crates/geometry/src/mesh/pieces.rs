@@ -15,8 +15,9 @@ use super::connect::NONE;
 use super::stitch::Stitched;
 use super::vertices::Vertices;
 
-/// Cosines between the normals of the two ends of a sector, the second where the first leaves ends over.
-const SAME: [f64; 2] = [0.95, 0.5];
+/// Cosines between the normals of the two ends of a sector, each where those before leave ends over: on one piece they are equal but where
+/// the corner is singular or was not found exactly, and pieces that meet at a small angle are told apart.
+const SAME: [f64; 3] = [0.9999, 0.95, 0.5];
 /// Samples keep this distance from segments of creases, in lengths of the segment.
 const NEAR: f64 = 0.2;
 /// Cosine between normals from which on a sample may lie on the piece beside a crease.
@@ -214,6 +215,14 @@ fn sectors(vertices: &Vertices, halves: &[Half], leaving: &[u32]) -> Vec<(Option
                 out.push((Some(h), Some(g)));
             }
         }
+    }
+    // Off the bounds what is left over belongs together, as at the tip of a cone, where a piece has all kinds of normals.
+    if let ([h], [g]) = (&starts[..], &ends[..])
+        && h != g
+        && !on_walls(vertices, half(*h))
+    {
+        out.push((Some(*h), Some(*g)));
+        return out;
     }
     out.extend(starts.into_iter().map(|h| (Some(h), None)));
     out.extend(ends.into_iter().map(|g| (None, Some(g))));

@@ -7,6 +7,7 @@ use isoswarm_particles::Grid;
 use isoswarm_particles::creases::Creases;
 
 use super::connect::{NONE, Triangles};
+use super::crease::Segments;
 use super::live::lies_over;
 use super::pieces::Pieces;
 use super::stitch::{Stitched, stitch, stitch_pieces};
@@ -45,6 +46,7 @@ pub(super) fn stitch_whole(
     let first = vertices.len();
     let most = (first as f64 * PER_VERTEX + BESIDES) as usize;
     let mut best: Option<(Vertices, Repaired)> = None;
+    let segments = Segments::of(creases);
     let mut idle = 0;
     for round in 0..=ROUNDS {
         let Stitched { faces, holes, left_out, filled } = match creases {
@@ -63,7 +65,7 @@ pub(super) fn stitch_whole(
             best = Some((vertices.clone(), Repaired { triangles, filled, inserted, open, left_out }));
         }
         let Some((triangles, open)) = more else { break };
-        if refine(surface, bounds, vertices, &triangles, &holes, &open)? == 0 {
+        if refine(surface, bounds, vertices, &segments, &triangles, &holes, &open)? == 0 {
             break;
         }
     }
@@ -128,11 +130,12 @@ pub(super) fn open_places(vertices: &Vertices, triangles: &Triangles, left_out: 
     out
 }
 
-/// Inserts vertices in the middle of the edges around open places and in the middle of holes. Gives how many.
+/// Inserts vertices in the middle of the edges around open places, creases excepted, and in the middle of holes. Gives how many.
 fn refine(
     surface: &dyn Surface,
     bounds: &Aabb,
     vertices: &mut Vertices,
+    segments: &Segments,
     triangles: &Triangles,
     holes: &[Vec<u32>],
     open: &[u32],
@@ -146,6 +149,10 @@ fn refine(
     }
     let mut places: Vec<(V3, V3, f64, u8)> = Vec::new();
     let middle = |places: &mut Vec<(V3, V3, f64, u8)>, i: u32, j: u32| {
+        // A vertex that lies on a crease but is none of its points is in the way of the pieces on both sides.
+        if segments.joins(vertices, i, j) {
+            return;
+        }
         let (i, j) = (i as usize, j as usize);
         let (p, q) = (vertices.points[i], vertices.points[j]);
         let faces =

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use super::sides;
 use super::solve::{Condition, OnCurve, Search};
 use super::trace::{End, Knot, Tracer};
+use crate::neighbors::Grid;
 use crate::vector::{V3, along, distance, dot, norm, sub, unit};
 
 /// Boxes that one task starts from.
@@ -241,7 +242,14 @@ impl Network {
     /// The corners: all ends at corners and walls, each once, and for each line the numbers of its ends.
     pub(super) fn corners(&self, step: f64) -> (Vec<V3>, Vec<[usize; 2]>) {
         let (mut corners, mut ends) = self.ends(step);
-        join_loose(&mut corners, &mut ends, LOOSE * step);
+        // What ends at the bounds stays there.
+        let mut may_move = vec![false; corners.len()];
+        for (line, numbers) in self.lines.iter().zip(&ends) {
+            for (end, &number) in line.ends.iter().flatten().zip(numbers) {
+                may_move[number] |= *end != End::Wall;
+            }
+        }
+        join_loose(&mut corners, &mut ends, &may_move, LOOSE * step);
         (corners, ends)
     }
 
@@ -315,20 +323,26 @@ impl Network {
     }
 }
 
-/// Ends that no other line shares become the corner within `reach` that is nearest: where pieces meet at small angles corners are found less
-/// exactly from one side than from the other.
-fn join_loose(corners: &mut Vec<V3>, ends: &mut [[usize; 2]], reach: f64) {
+/// Ends that no other line shares and that may be moved become the corner within `reach` that is nearest: where pieces meet at small angles
+/// corners are found less exactly from one side than from the other.
+fn join_loose(corners: &mut Vec<V3>, ends: &mut [[usize; 2]], may_move: &[bool], reach: f64) {
     let mut lines = vec![0; corners.len()];
     let known = |e: &&usize| **e != usize::MAX;
     ends.iter().flatten().filter(known).for_each(|&e| lines[e] += 1);
-    let loose: Vec<usize> = (0..corners.len()).filter(|&c| lines[c] == 1).collect();
+    let shared: Vec<u32> = (0..corners.len() as u32).filter(|&c| lines[c as usize] > 1).collect();
+    let grid = Grid::new(corners, Some(shared), reach.max(f64::MIN_POSITIVE));
     let mut now: Vec<usize> = (0..corners.len()).collect();
-    for &c in &loose {
-        let near = |d: &usize| *d != c && lines[*d] > 1 && distance(corners[*d], corners[c]) <= reach;
-        let way = |d: usize| distance(corners[d], corners[c]);
-        let nearest =
-            (0..corners.len()).filter(near).min_by(|&a, &b| way(a).total_cmp(&way(b)).then(a.cmp(&b)));
-        now[c] = nearest.unwrap_or(c);
+    for c in (0..corners.len()).filter(|&c| lines[c] == 1 && may_move[c]) {
+        let mut nearest = (reach, usize::MAX);
+        grid.near(corners[c], reach, |d| {
+            let found = (distance(corners[d as usize], corners[c]), d as usize);
+            if found <= nearest {
+                nearest = found;
+            }
+        });
+        if nearest.1 != usize::MAX {
+            now[c] = nearest.1;
+        }
     }
     let kept: Vec<usize> = (0..corners.len()).filter(|&c| now[c] == c).collect();
     let mut place = vec![0; corners.len()];
@@ -339,4 +353,20 @@ fn join_loose(corners: &mut Vec<V3>, ends: &mut [[usize; 2]], reach: f64) {
 
 fn cell(p: V3, side: f64) -> [i64; 3] {
     p.map(|v| (v / side).floor() as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loose_ends_join_the_nearest_shared_one_but_not_off_a_wall() {
+        let at = |x: f64| [x, 0.0, 0.0];
+        // Two shared corners, a loose end next to both, one on a wall, one too far away.
+        let mut corners = vec![at(0.0), at(1.0), at(0.6), at(0.1), at(9.0)];
+        let mut ends = [[0, 1], [0, 1], [2, 3], [4, 0], [usize::MAX; 2]];
+        join_loose(&mut corners, &mut ends, &[true, true, true, false, true], 1.0);
+        assert_eq!(corners, [at(0.0), at(1.0), at(0.1), at(9.0)]);
+        assert_eq!(ends, [[0, 1], [0, 1], [1, 2], [3, 0], [usize::MAX; 2]]);
+    }
 }

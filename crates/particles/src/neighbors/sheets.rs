@@ -11,6 +11,8 @@ use crate::vector::V3;
 
 /// Cells that are larger than so many radii, because the whole is so large, are not measured in single precision.
 const COARSE: f64 = 16.0;
+/// Places in single precision are relative to the largest radius: those that are smaller than this part of it do not see well enough.
+const SPREAD: f64 = 1e3;
 /// Candidates that are left out together where none is a neighbour.
 const LANES: usize = 16;
 /// Not a neighbour.
@@ -37,7 +39,10 @@ impl Neighbors {
     ) -> Self {
         let radius = match reach {
             Reach::Same(radius) => Some(radius),
-            Reach::Each(each) => range(each).filter(|r| alike(points.len(), r.0, r.1)).map(|r| r.1),
+            Reach::Each(each) => {
+                let together = |r: &(f64, f64)| alike(points.len(), r.0, r.1) && r.1 <= SPREAD * r.0;
+                range(each).filter(together).map(|r| r.1)
+            }
         };
         if let Some(radius) = radius {
             let grid = Grid::new(points, None, radius);
@@ -250,6 +255,24 @@ mod tests {
         assert_eq!(rows(&found, 700), rows(&Neighbors::find_marked(&points, reach, mark), 700));
         let found = Neighbors::on_sheets_between(&points, &normals, reach);
         assert_eq!(rows(&found, 700), rows(&Neighbors::find_marked(&points, reach, between), 700));
+    }
+
+    #[test]
+    fn radii_far_below_the_largest_are_found() {
+        let r = Rng::new(4, Stream::Probes);
+        // A cluster that is a millionth of the largest radius wide.
+        let place = |i: u64| [0, 1, 2].map(|a| 0.3 + r.unit(3 * i + a) * if i < 100 { 1.0 } else { 1e-6 });
+        let mut points: Vec<V3> = (0..400).map(place).collect();
+        // The first in the cell that the cluster is in.
+        points[0] = [0.45; 3];
+        let normals: Vec<V3> = (0..400).map(|i| r.direction(5000 + i, 3)).collect();
+        let radius: Vec<f64> = (0..400).map(|i| if i < 100 { 0.2 } else { 2e-7 }).collect();
+        let mark = |i: usize, j: usize| {
+            doubt(points[i], points[j], normals[i], normals[j]).map(|d| if d { Neighbors::MARK } else { 0 })
+        };
+        let reach = Reach::Each(&radius);
+        let found = Neighbors::on_sheets(&points, &normals, reach);
+        assert_eq!(rows(&found, 400), rows(&Neighbors::find_marked(&points, reach, mark), 400));
     }
 
     #[test]
