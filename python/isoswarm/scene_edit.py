@@ -94,8 +94,8 @@ class EditableScene(SceneView):
     def hide(self, path: str, hidden: bool = True) -> None:
         """Leave a part out of the operator above it, or take it in again (``hidden=False``).
 
-        The model is as if the part had been removed, and pins on it go; its parameters stay, and come back with it. (``scene.undo()`` brings the
-        pins back.)
+        The model is as if the part had been removed, and pins on it go; its parameters stay, and come back with it.
+        (``scene.undo()`` brings the pins back.)
 
         >>> import isoswarm as iso
         >>> scene = iso.Scene("sphere(r=1) | translate(sphere(r=0.5), x=1)", n=200)
