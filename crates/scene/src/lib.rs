@@ -8,6 +8,7 @@ mod adapting_file;
 mod apply;
 mod command;
 mod control;
+mod editing;
 mod error;
 mod file;
 mod fitting;
