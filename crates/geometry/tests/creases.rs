@@ -204,7 +204,8 @@ fn other_parts_are_sound() {
 fn every_segment_is_an_edge(out: &Meshed) -> bool {
     let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
     let known: std::collections::HashSet<(u32, u32)> = out.mesh.faces.iter().flat_map(sides).collect();
-    out.report.creases.iter().all(|&[a, b]| known.contains(&(a, b)) && known.contains(&(b, a)))
+    let edges = &out.report.creases;
+    !edges.is_empty() && edges.iter().all(|&[a, b]| known.contains(&(a, b)) && known.contains(&(b, a)))
 }
 
 /// Thin fins, bores narrower than the spacing, faces a thousandth of the part wide, corners of up to six edges.
