@@ -71,11 +71,8 @@ impl<'a> Fences<'a> {
     ) -> Self {
         let mean = spacing.iter().sum::<f64>() / spacing.len() as f64;
         let grid = Grid::new(points, None, (REACH * mean).max(f64::MIN_POSITIVE));
-        let mut near = vec![false; points.len()];
+        let mut near: Vec<bool> = borders.iter().map(|b| *b != [NOBODY; 2]).collect();
         let at = |i: usize| spacing[if spacing.len() == 1 { 0 } else { i }];
-        for i in (0..points.len()).filter(|&i| borders[i] != [NOBODY; 2]) {
-            near[i] = true;
-        }
         let widest = spacing.iter().fold(0.0f64, |m, &s| m.max(s));
         let on: Vec<u32> = (0..points.len() as u32).filter(|&i| near[i as usize]).collect();
         let fence = Grid::new(points, Some(on), (REACH * widest).max(f64::MIN_POSITIVE));

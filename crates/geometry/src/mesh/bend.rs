@@ -1,5 +1,6 @@
 //! More vertices where a piece between creases bends within a triangle, as in bores that are narrow beside the spacing.
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, add, distance, dot, unit};
 use isoswarm_field::{FieldError, Surface};
 
@@ -67,7 +68,6 @@ pub(super) fn refine(
 
 /// Bent edges, at most one a triangle, as a face and the corner where it starts, the most bent ones first.
 fn bent(triangles: &Triangles, vertices: &Vertices) -> Vec<(usize, usize)> {
-    use isoswarm_field::arrange::Arrange;
     let mut found: Vec<(f64, usize, usize)> = Vec::new();
     for (f, (v, across)) in triangles.faces.iter().zip(&triangles.across).enumerate() {
         for k in 0..3 {

@@ -1,14 +1,13 @@
 //! Outlines of the holes that triangles leave on pieces with borders.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::TAU;
 
 use isoswarm_field::math::atan2;
 use isoswarm_field::vector::{V3, cross, dot, sub, tangential};
 
 /// Longest outline of a hole that is closed: what that takes grows with the cube.
 const LONGEST: usize = 128;
-/// A full turn.
-const ROUND: f64 = 2.0 * std::f64::consts::PI;
 
 /// What holes are looked for in.
 pub(super) struct Open<'a> {
@@ -30,7 +29,7 @@ impl Open<'_> {
             leaving.entry(a).or_default().push(b);
             order.push((a, b));
         };
-        for &(a, b) in faces.iter().flat_map(sides).collect::<Vec<_>>().iter() {
+        for (a, b) in faces.iter().flat_map(sides) {
             if !known.contains(&(b, a)) && self.borders[a as usize][0] != b && !ends(a, b) {
                 add(b, a);
             }
@@ -73,7 +72,7 @@ impl Open<'_> {
             let to = way(v);
             let a = atan2(dot(cross(to, back), n), dot(to, back));
             // Back is a whole turn.
-            if v == from || a <= 0.0 { a + ROUND } else { a }
+            if v == from || a <= 0.0 { a + TAU } else { a }
         };
         ways.iter().copied().min_by(|&a, &b| angle(a).total_cmp(&angle(b)).then(a.cmp(&b)))
     }

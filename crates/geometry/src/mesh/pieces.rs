@@ -5,6 +5,8 @@
 //! the same. Each sector is a copy of the point, with the sector's normal. Pieces are stitched as if there was nothing else; put together
 //! again they fit, for both sides of a crease have the same segments.
 
+use std::f64::consts::TAU;
+
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::math::atan2;
 use isoswarm_field::vector::{V3, add, along, cross, distance, dot, sub, tangential, unit};
@@ -22,8 +24,6 @@ const SAME: [f64; 3] = [0.9999, 0.95, 0.5];
 const NEAR: f64 = 0.2;
 /// Cosine between normals from which on a sample may lie on the piece beside a crease.
 const LEVEL: f64 = 0.2;
-/// A full turn.
-const ROUND: f64 = 2.0 * std::f64::consts::PI;
 
 /// A way along a crease from one vertex to the next.
 #[derive(Clone, Copy, Debug)]
@@ -203,7 +203,7 @@ fn sectors(vertices: &Vertices, halves: &[Half], leaving: &[u32]) -> Vec<(Option
                     let up = unit(add(n, m));
                     let (a, b) = (tangential(way(h), up), tangential(way(g), up));
                     let angle = atan2(dot(cross(a, b), up), dot(a, b));
-                    pairs.push((if angle < 0.0 { angle + ROUND } else { angle }, h, g));
+                    pairs.push((if angle < 0.0 { angle + TAU } else { angle }, h, g));
                 }
             }
         }
