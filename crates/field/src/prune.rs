@@ -86,6 +86,14 @@ impl Tape {
         tail > 0.0 && self.exps > 0
     }
 
+    /// Whether there is anything that a box may decide: without choices and tails a tape stays what it is.
+    pub(crate) fn may_be_pruned(&self, tail: f64) -> bool {
+        use Op::{Abs, Ceil, Choose, Floor, Less, Max, Min, Round};
+        let open =
+            |i: &Instr| matches!(i.code, Code::Op(Min | Max | Abs | Choose | Floor | Ceil | Round | Less, _));
+        self.drops_tails(tail) || self.instrs.iter().any(open)
+    }
+
     /// Decides for the first `lanes` boxes of the pass in `scratch`, which ran over this tape with the same
     /// `uniforms`, what is left there; then [`Tape::pruned`] makes the tapes.
     pub(crate) fn decide(&self, uniforms: &[Interval], tail: f64, lanes: usize, scratch: &mut Scratch) {

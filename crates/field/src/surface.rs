@@ -51,7 +51,7 @@ impl Aabb {
 ///
 /// Points are always stored as `[f64; 3]`; where `axes()` is 2 the third coordinate is 0 and so is the third
 /// component of every gradient.
-pub trait Surface: Sync {
+pub trait Surface: Send + Sync {
     /// Number of coordinates that F depends on: 3 for surfaces in space, 2 for curves in the plane.
     fn axes(&self) -> usize {
         3

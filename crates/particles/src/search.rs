@@ -10,7 +10,7 @@ use crate::sample::{FEWEST_SEEDS, check, look_for, sample_from};
 use crate::seeding::Seeds;
 
 /// Boxes to aim at, and lines along each axis: enough for the seeds of some thousand points.
-const BOXES: usize = 2 * FEWEST_SEEDS;
+const BOXES: usize = 3 * FEWEST_SEEDS / 2;
 
 /// Where a surface is: what [`sample`](crate::sample) begins with, kept for several samplings of some thousand points.
 ///

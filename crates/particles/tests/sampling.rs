@@ -383,7 +383,7 @@ fn an_empty_surface_is_no_error() {
 }
 
 /// The warning that goes with an empty result.
-fn why_empty(f: impl Fn([f64; 3]) -> (f64, [f64; 3]) + Sync + 'static) -> String {
+fn why_empty(f: impl Fn([f64; 3]) -> (f64, [f64; 3]) + Send + Sync + 'static) -> String {
     let s = sample(&Analytic::new(f), &cube_bounds(2.0), count(100)).unwrap();
     assert_eq!((s.points.len(), s.report.status.clone()), (0, Status::Empty));
     assert!(!s.report.certified);

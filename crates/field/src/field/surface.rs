@@ -164,6 +164,9 @@ impl Surface for Field {
             return Ok(None);
         }
         let options = RegionOptions { tail: self.tail(points)?, ..Default::default() };
+        if !self.tape(0).may_be_pruned(options.tail) {
+            return Ok(None);
+        }
         Ok(Some(Box::new(self.narrowed_for(points, margin, None, options)?)))
     }
 

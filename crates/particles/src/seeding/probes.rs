@@ -1,5 +1,6 @@
 //! Boxes in which no line met the surface: is there something?
 
+use isoswarm_field::arrange::Arrange;
 use isoswarm_field::{Aabb, FieldError, Surface};
 use rayon::prelude::*;
 
@@ -7,7 +8,6 @@ use super::lines::Roots;
 use super::look;
 use super::region::Region;
 use crate::constraint::Walls;
-use crate::neighbors::Grid;
 use crate::run::Run;
 use crate::vector::{V3, norm};
 
@@ -43,7 +43,7 @@ pub(crate) fn search(
             explained[bare[k] as usize] = true;
         }
     }
-    let doubtful = far_from_roots(region, roots, &bare, &explained, walls.axes);
+    let doubtful = far_from_roots(region, &bare, &explained, walls.axes);
     let mut left = doubtful.len().saturating_sub(SUBDIVIDED);
     let subdivide = |b: u32| {
         let whole = region.boxes[b as usize];
@@ -108,31 +108,30 @@ fn newton_from_centres(
 }
 
 /// The boxes among `bare` without a root in themselves or in any box around them.
-fn far_from_roots(
-    region: &Region<'_>,
-    roots: &Roots,
-    bare: &[u32],
-    explained: &[bool],
-    axes: usize,
-) -> Vec<u32> {
-    let grid = Grid::new(&roots.points, None, 2.0 * region.side);
+fn far_from_roots(region: &Region<'_>, bare: &[u32], explained: &[bool], axes: usize) -> Vec<u32> {
+    // Boxes are all of one size: their places are whole numbers. The first axis comes last, and changes fastest.
+    let Some(first) = region.boxes.first() else { return Vec::new() };
+    let place = |b: &Aabb| {
+        [2, 1, 0].map(|a| {
+            let side = first.hi[a] - first.lo[a];
+            if side > 0.0 { ((b.lo[a] - first.lo[a]) / side).round() as i64 } else { 0 }
+        })
+    };
+    let known = region.boxes.iter().zip(explained).filter(|(_, e)| **e).map(|(b, _)| place(b));
+    let mut known: Vec<[i64; 3]> = known.collect();
+    known.arrange();
+    let near = |[z, y, x]: [i64; 3]| {
+        let flat = axes == 2;
+        (if flat { z..=z } else { z - 1..=z + 1 }).any(|z| {
+            (y - 1..=y + 1).any(|y| {
+                let next = known.partition_point(|k| *k < [z, y, x - 1]);
+                known.get(next).is_some_and(|k| *k <= [z, y, x + 1])
+            })
+        })
+    };
     bare.par_iter()
         .copied()
         .with_min_len(TASK)
-        .filter(|&b| {
-            let own = region.boxes[b as usize];
-            if explained[b as usize] {
-                return false;
-            }
-            let middle = [0, 1, 2].map(|a| 0.5 * (own.lo[a] + own.hi[a]));
-            let mut near = false;
-            grid.near(middle, 1.5 * region.side, |r| {
-                let other = region.boxes[roots.owner[r as usize] as usize];
-                let slack = 1e-6 * region.side;
-                near |=
-                    (0..axes).all(|a| other.lo[a] <= own.hi[a] + slack && own.lo[a] <= other.hi[a] + slack);
-            });
-            !near
-        })
+        .filter(|&b| !explained[b as usize] && !near(place(&region.boxes[b as usize])))
         .collect()
 }

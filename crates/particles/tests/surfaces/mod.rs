@@ -5,7 +5,7 @@ use isoswarm_field::{Aabb, Cells, FieldError, Surface};
 use rayon::prelude::*;
 
 type Point = [f64; 3];
-type Function = Box<dyn Fn(Point) -> (f64, Point) + Sync>;
+type Function = Box<dyn Fn(Point) -> (f64, Point) + Send + Sync>;
 
 /// A surface from a function that gives F and its gradient.
 pub struct Analytic {
@@ -17,7 +17,7 @@ pub struct Analytic {
 }
 
 impl Analytic {
-    pub fn new(f: impl Fn(Point) -> (f64, Point) + Sync + 'static) -> Self {
+    pub fn new(f: impl Fn(Point) -> (f64, Point) + Send + Sync + 'static) -> Self {
         Self { f: Box::new(f), lipschitz: None, axes: 3, hessian: true }
     }
 
