@@ -7,8 +7,8 @@
 //! A surface with features everywhere that a coarse swarm cannot see has no order at large to be found. There a front
 //! ([`crate::front`]) puts all floaters in place at once.
 
-use isoswarm_field::Surface;
 use isoswarm_field::arrange::Arrange;
+use isoswarm_field::{Surface, in_pool};
 
 use crate::Error;
 use crate::constraint::Walls;
@@ -522,7 +522,7 @@ impl Work<'_, '_, '_> {
             self.sizing.apply(self.surface, &mut swarm, self.unit, self.walls.axes)?;
             self.relaxation.swarm = swarm;
         }
-        let moved = self.relaxation.step()?;
+        let moved = in_pool(|| self.relaxation.step())?;
         self.run.steps += 1;
         Ok((moved, self.run.tell(options::Phase::Relaxing, fraction, self.relaxation.swarm.len())))
     }
@@ -542,7 +542,8 @@ impl Work<'_, '_, '_> {
         let mut swarm = self.relaxation.release();
         let rng = Rng::new(self.run.seed, Stream::Death).child(self.run.steps as u64);
         let mut count = 0;
-        let done = population::balance(&mut swarm, &self.habitat(), &mut count, self.unit, n, rng)?;
+        let (habitat, unit) = (self.habitat(), self.unit);
+        let done = in_pool(|| population::balance(&mut swarm, &habitat, &mut count, unit, n, rng))?;
         self.run.evaluations += count;
         self.run.births += done.births as u64;
         self.run.deaths += done.deaths as u64;

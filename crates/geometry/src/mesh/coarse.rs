@@ -6,7 +6,7 @@
 //! more samples are tried, and at last as many as there are to be vertices.
 
 use isoswarm_field::vector::{V3, cross, distance, dot, norm, sub};
-use isoswarm_field::{Aabb, FieldError, Surface};
+use isoswarm_field::{Aabb, FieldError, Surface, in_pool};
 use isoswarm_particles as particles;
 use isoswarm_particles::{Amount, Density, Error, Options, Progress, Report, Samples, Search, Status};
 use rayon::prelude::*;
@@ -24,9 +24,9 @@ use super::vertices::Vertices;
 /// Fewest samples, and as many for each component.
 const FEWEST: f64 = 500.0;
 /// The same where a distance is asked for, which counts more than good triangles.
-const FEWEST_FOR_ERROR: f64 = 300.0;
+const FEWEST_FOR_ERROR: f64 = 120.0;
 /// Most subdivisions.
-const LEVELS: u32 = 3;
+const LEVELS: u32 = 4;
 /// Turn of the normal within the spacing, radians, up to which a coarse mesh resolves the surface.
 const TURN: f64 = 1.25;
 /// The same where a distance is asked for: more vertices come where it is larger.
@@ -123,7 +123,7 @@ pub(super) fn mesh(
         }
         let before = samples.report.evaluations;
         if most <= if sizes.is_some() { TURN_FOR_ERROR } else { TURN }
-            && let Some(mut made) = refine(surface, bounds, samples, level as u32, wish)?
+            && let Some(mut made) = in_pool(|| refine(surface, bounds, samples, level as u32, wish))?
         {
             made.report.evaluations += evaluations;
             return Ok(Some(made));
