@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::vector::{V3, along, cross, dot, norm, sub};
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
@@ -72,6 +73,42 @@ impl Spans {
     }
 }
 
+/// The vertices of some faces, corner by corner. Those that are not tame have no number.
+struct Corners([[u32; WIDE]; 3]);
+
+/// What stands for a vertex that is not tame, and for one in a face that is compared with others: the two differ.
+const WILD: [u32; 2] = [u32::MAX, u32::MAX - 1];
+
+impl Corners {
+    fn of(faces: impl Iterator<Item = [u32; 3]>, tame: &[bool]) -> Self {
+        let mut out = Self([[WILD[0]; WIDE]; 3]);
+        for (k, face) in faces.enumerate() {
+            for (corner, &v) in out.0.iter_mut().zip(&face) {
+                corner[k] = if tame[v as usize] { v } else { WILD[0] };
+            }
+        }
+        out
+    }
+
+    fn one(&self, k: usize) -> [u32; 3] {
+        self.0.map(|c| if c[k] == WILD[0] { WILD[1] } else { c[k] })
+    }
+
+    /// Which of them have a tame vertex in common with a face, as bits: they do not pass through it.
+    #[inline(always)]
+    fn joined(&self, face: &[u32; 3]) -> u32 {
+        let mut same = [0u32; WIDE];
+        for corner in &self.0 {
+            for v in face {
+                for k in 0..WIDE {
+                    same[k] |= u32::from(corner[k] == *v);
+                }
+            }
+        }
+        same.iter().enumerate().fold(0, |bits, (k, s)| bits | s << k)
+    }
+}
+
 /// The places of the bits that are set.
 fn places(mut bits: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
@@ -91,18 +128,24 @@ impl Mesh {
             return Vec::new();
         }
         let (tree, tame) = rayon::join(|| Tree::new(self), || tame(&self.points, &self.faces));
-        let plane = |f: usize| Plane::new(self.corners(f));
-        let planes: Vec<Plane> =
-            (0..self.faces.len()).into_par_iter().with_min_len(CHUNK).map(plane).collect();
-        let parts: Vec<Vec<[u32; 2]>> = (0..tree.levels[0].len().div_ceil(TASK))
+        let corners: Vec<Corners> = tree
+            .order
+            .par_chunks(WIDE)
+            .with_min_len(CHUNK / WIDE)
+            .map(|leaf| Corners::of(leaf.iter().map(|&f| self.faces[f as usize]), &tame))
+            .collect();
+        let (tree, corners, arch) = (&tree, &corners[..], Arch::new());
+        let parts: Vec<Vec<[u32; 2]>> = (0..corners.len().div_ceil(TASK))
             .into_par_iter()
             .map(|task| {
                 let mut out = Vec::new();
-                tree.pairs(task * TASK..(task + 1) * TASK, |f, g| {
-                    if out.len() < MOST && self.cross(f as usize, g as usize, &tame, &planes) {
+                let leaves = task * TASK..((task + 1) * TASK).min(corners.len());
+                let met = |f: u32, g: u32| {
+                    if out.len() < MOST && self.cross(f as usize, g as usize) {
                         out.push([f.min(g), f.max(g)]);
                     }
-                });
+                };
+                arch.dispatch(Pairs { tree, corners, leaves, met });
                 out
             })
             .collect();
@@ -113,20 +156,16 @@ impl Mesh {
     }
 
     /// Whether two faces pass through each other.
-    fn cross(&self, f: usize, g: usize, tame: &[bool], planes: &[Plane]) -> bool {
+    fn cross(&self, f: usize, g: usize) -> bool {
         let (s, t) = (self.faces[f], self.faces[g]);
-        let shared = s.map(|v| t[0] == v || t[1] == v || t[2] == v);
-        match shared.iter().filter(|s| **s).count() {
+        match s.iter().filter(|v| t.contains(v)).count() {
             0 => {
-                if planes[f].beside(&self.corners(g)) || planes[g].beside(&self.corners(f)) {
+                let (s, t) = (self.corners(f), self.corners(g));
+                if Plane::new(s).beside(&t) || Plane::new(t).beside(&s) {
                     return false;
                 }
             }
-            1 => {
-                if (0..3).any(|k| shared[k] && tame[s[k] as usize]) {
-                    return false;
-                }
-            }
+            1 => {}
             _ => return false,
         }
         let at = |v: u32| {
@@ -282,17 +321,30 @@ impl Tree {
             }
         }
     }
+}
 
-    /// Calls `f` for all pairs of faces with boxes that meet, of which the first is in one of the leaves and the second there or in a
-    /// later one.
-    fn pairs(&self, leaves: Range<usize>, mut f: impl FnMut(u32, u32)) {
+/// Calls `met` for all pairs of faces that have boxes that meet and no tame vertex in common, of which the first is in one of the leaves
+/// and the second there or in a later one.
+struct Pairs<'a, F: FnMut(u32, u32)> {
+    tree: &'a Tree,
+    corners: &'a [Corners],
+    leaves: Range<usize>,
+    met: F,
+}
+
+impl<F: FnMut(u32, u32)> NullaryFnOnce for Pairs<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { tree: Tree { order, levels }, corners, leaves, mut met } = self;
         let mut stack = Vec::new();
-        for i in leaves.start..leaves.end.min(self.levels[0].len()) {
-            let leaf = &self.levels[0][i];
+        for i in leaves {
+            let leaf = &levels[0][i];
             let whole = leaf.around();
-            stack.push((self.levels.len() - 1, 0, whole));
+            stack.push((levels.len() - 1, 0, whole));
             while let Some((level, node, span)) = stack.pop() {
-                let boxes = &self.levels[level][node];
+                let boxes = &levels[level][node];
                 if level > 0 {
                     let later = |k: &usize| (WIDE * node + k + 1) * WIDE.pow(level as u32 - 1) > i;
                     let below = places(boxes.meeting(&whole)).filter(later);
@@ -300,9 +352,13 @@ impl Tree {
                     continue;
                 }
                 for a in places(leaf.meeting(&span)) {
-                    let met = places(boxes.meeting(&leaf.one(a))).map(|k| WIDE * node + k);
-                    let a = WIDE * i + a;
-                    met.filter(|&b| b > a).for_each(|b| f(self.order[a], self.order[b]));
+                    // Of its own leaf the faces that come after it.
+                    let after = if node == i { !1 << a } else { !0 };
+                    let bits = boxes.meeting(&leaf.one(a)) & after;
+                    let bits = if bits == 0 { 0 } else { bits & !corners[node].joined(&corners[i].one(a)) };
+                    for k in places(bits) {
+                        met(order[WIDE * i + a], order[WIDE * node + k]);
+                    }
                 }
             }
         }
@@ -402,12 +458,10 @@ mod tests {
 
     /// The pairs of faces that cross, by comparing all with all.
     fn among_all(mesh: &Mesh) -> Vec<[u32; 2]> {
-        let bare = vec![false; mesh.points.len()];
-        let planes: Vec<Plane> = (0..mesh.faces.len()).map(|f| Plane::new(mesh.corners(f))).collect();
         let mut all = Vec::new();
         for f in 0..mesh.faces.len() {
             for g in f + 1..mesh.faces.len() {
-                if mesh.cross(f, g, &bare, &planes) {
+                if mesh.cross(f, g) {
                     all.push([f as u32, g as u32]);
                 }
             }
