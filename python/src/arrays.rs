@@ -1,4 +1,7 @@
 //! NumPy arrays to and from the core's columns. Inputs are copied, so that Python may change them meanwhile.
+
+use std::ops::Range;
+
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -6,6 +9,21 @@ use pyo3::prelude::*;
 /// An (n, 3) array as the core's points.
 pub fn points(what: &str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 3]>> {
     rows::<3>(what, array)
+}
+
+/// How many points an (n, 3) array holds.
+pub fn count(what: &str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<usize> {
+    columns(what, 3, array.as_array().dim())
+}
+
+/// The first `axes` coordinates of some of the points, one after another, in place of what `out` holds.
+pub fn some_points(array: &PyReadonlyArray2<'_, f64>, rows: Range<usize>, axes: usize, out: &mut Vec<f64>) {
+    let view = array.as_array();
+    out.clear();
+    match view.to_slice().filter(|_| axes == view.ncols()) {
+        Some(all) => out.extend_from_slice(&all[axes * rows.start..axes * rows.end]),
+        None => rows.for_each(|i| out.extend((0..axes).map(|a| view[(i, a)]))),
+    }
 }
 
 /// An (n, K) array as rows.
@@ -31,11 +49,16 @@ fn table<const K: usize, T: numpy::Element + Copy>(
     array: &PyReadonlyArray2<'_, T>,
 ) -> PyResult<Vec<[T; K]>> {
     let view = array.as_array();
-    if view.ncols() != K {
-        let given = view.dim();
-        return Err(PyValueError::new_err(format!("{what}: expected shape (n, {K}), given {given:?}")));
-    }
+    columns(what, K, view.dim())?;
     Ok(view.rows().into_iter().map(|row| std::array::from_fn(|a| row[a])).collect())
+}
+
+/// The rows of an array, if it has so many columns.
+fn columns(what: &str, wanted: usize, given: (usize, usize)) -> PyResult<usize> {
+    if given.1 == wanted {
+        return Ok(given.0);
+    }
+    Err(PyValueError::new_err(format!("{what}: expected shape (n, {wanted}), given {given:?}")))
 }
 
 /// An (n,) array as a column.

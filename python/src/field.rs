@@ -71,14 +71,13 @@ impl Model {
         evaluate: impl Fn(&Field, &[f64], &mut [f64]) -> Result<(), FieldError> + Send + Sync,
     ) -> PyResult<Vec<f64>> {
         let field = self.field()?;
-        let axes = field.axes();
-        let flat: Vec<f64> =
-            arrays::points("X", points)?.iter().flat_map(|p| p[..axes].iter().copied()).collect();
-        let mut out = zeros(flat.len() / axes, width)?;
-        let chunk = if field.is_opaque() { flat.len().max(1) } else { CHUNK * axes };
-        let rows = chunk / axes * width;
-        for (points, out) in flat.chunks(chunk).zip(out.chunks_mut(rows.max(1))) {
-            py.detach(|| evaluate(field, points, out)).map_err(errors::field)?;
+        let (n, axes) = (arrays::count("X", points)?, field.axes());
+        let mut out = zeros(n, width)?;
+        let chunk = if field.is_opaque() { n.max(1) } else { CHUNK };
+        let mut some = Vec::new();
+        for (k, out) in out.chunks_mut((chunk * width).max(1)).enumerate() {
+            arrays::some_points(points, k * chunk..((k + 1) * chunk).min(n), axes, &mut some);
+            py.detach(|| evaluate(field, &some, out)).map_err(errors::field)?;
             py.check_signals()?;
         }
         Ok(out)
