@@ -124,6 +124,9 @@ pub struct Options<'a> {
     /// ([`Method::Even`], in space): `Some(creases::find)`, see [`creases`](crate::creases). It is the search itself, so that a program
     /// that never asks for it need not hold it. Default: no.
     pub creases: Option<FindCreases>,
+    /// Whether more samples than `amount` are taken where those on creases would be more than half of them: as many as are
+    /// twice as many as these, at most `most`. Otherwise there are none on creases then. Default: no.
+    pub more: bool,
     /// Seed of every random choice. Default: 0.
     pub seed: u64,
     /// Points to start from, from an earlier result on a surface that has changed; with [`Method::Even`].
@@ -143,6 +146,7 @@ impl Default for Options<'_> {
             method: Method::default(),
             density: Density::default(),
             creases: None,
+            more: false,
             seed: 0,
             start: None,
             most: 20_000_000,
@@ -159,6 +163,7 @@ impl fmt::Debug for Options<'_> {
             .field("method", &self.method)
             .field("density", &self.density)
             .field("creases", &self.creases.is_some())
+            .field("more", &self.more)
             .field("seed", &self.seed)
             .field("start", &self.start.map(<[_]>::len))
             .field("most", &self.most)

@@ -33,12 +33,18 @@ pub struct CreaseOptions {
     /// Most boxes that the surface is divided into to find creases; smaller closed creases than a box may be missed
     /// where others are near. Default: 60,000.
     pub boxes: usize,
+    /// Most points: where there would be more, they are farther apart, at most [`CreaseOptions::STRETCH`] times the spacing.
+    /// Default: any number.
+    pub most: usize,
 }
 
 impl CreaseOptions {
+    /// How much farther apart points may be for the sake of their number: what lies between creases still keeps off them.
+    pub const STRETCH: f64 = 1.2;
+
     /// The defaults for a spacing.
     pub fn new(spacing: f64) -> Self {
-        Self { spacing, angle: ANGLE, boxes: 60_000 }
+        Self { spacing, angle: ANGLE, boxes: 60_000, most: usize::MAX }
     }
 }
 
@@ -61,9 +67,22 @@ pub struct Edge {
     pub length: f64,
     /// The switch that it is the crease of.
     switch: u32,
+    /// By how much it or one of its sides turns (radians).
+    turn: f64,
 }
 
 impl Edge {
+    /// The parts that it is divided into for a spacing.
+    fn parts(&self, spacing: f64) -> usize {
+        let least = if self.closed { 3.0 } else { 1.0 };
+        (self.length / spacing).round().max(least).max((self.turn / TURN).ceil()) as usize
+    }
+
+    /// Points that are neither of its ends, of so many parts.
+    fn between(&self, parts: usize) -> usize {
+        if self.closed { parts } else { parts.saturating_sub(1) }
+    }
+
     /// Pairs of points that follow each other.
     pub fn segments(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         let n = self.points.len();
@@ -104,6 +123,26 @@ impl Creases {
         self.side_normals().iter().map(|normals| middle(normals)).collect()
     }
 
+    /// How many points there would be for another spacing (> 0, model units).
+    pub fn count(&self, spacing: f64) -> usize {
+        let inner = |e: &Edge| e.points.len().saturating_sub(if e.closed { 0 } else { 2 });
+        let ends = self.points.len() - self.edges.iter().map(inner).sum::<usize>();
+        ends + self.edges.iter().map(|e| e.between(e.parts(spacing))).sum::<usize>()
+    }
+
+    /// The spacing that was asked for, or the least above it that leads to `most` points, or the widest there may be.
+    fn spacing_for(&self, CreaseOptions { spacing, most, .. }: &CreaseOptions) -> f64 {
+        if self.count(*spacing) <= *most {
+            return *spacing;
+        }
+        let (mut low, mut high) = (*spacing, CreaseOptions::STRETCH * spacing);
+        for _ in 0..STRETCHES {
+            let middle = 0.5 * (low + high);
+            if self.count(middle) > *most { low = middle } else { high = middle }
+        }
+        high
+    }
+
     /// Length of all edges (model units).
     pub fn length(&self) -> f64 {
         self.edges.iter().fold(0.0, |sum, e| sum + e.length)
@@ -136,6 +175,8 @@ const STEP: f64 = 0.5;
 const COARSEST: f64 = 1.0 / 48.0;
 /// Turn of a crease or of its sides from point to point, on average (radians).
 const TURN: f64 = 0.7;
+/// Halvings of what is between the spacing asked for and the widest.
+const STRETCHES: usize = 10;
 /// Radius of the circle that sides are looked at on, over the size of the coordinates.
 const RADIUS: f64 = 1e-6;
 
@@ -183,11 +224,12 @@ pub fn find(
     let step = STEP * options.spacing.min(side);
     let mut tracer = Tracer::new(surface, &switches, bounds, step, options.angle);
     let tips = network::tips(&mut tracer, &boxes)?;
+    tracer.tips.clone_from(&tips);
     let Some(mut network) = network::find(&mut tracer, &boxes, go_on)? else {
         return Ok(Creases::default());
     };
     network.drop_around(&tips, tracer.step);
-    collect(&mut tracer, &network, &tips, options.spacing)
+    collect(&mut tracer, &network, &tips, &options)
 }
 
 fn longest(bounds: &Aabb) -> f64 {
@@ -215,12 +257,18 @@ impl<'a> Tracer<'a> {
             evaluations: 0,
             desk: Desk::default(),
             near: None,
+            tips: Vec::new(),
         }
     }
 }
 
 /// Points on the lines of a network at the spacing.
-fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64) -> Result<Creases, Error> {
+fn collect(
+    tracer: &mut Tracer<'_>,
+    network: &Network,
+    tips: &[V3],
+    options: &CreaseOptions,
+) -> Result<Creases, Error> {
     let (ends, numbers) = network.corners(tracer.step);
     let mut out = Creases { points: ends, certified: true, ..Creases::default() };
     let mut is_corner = vec![false; out.points.len()];
@@ -232,19 +280,11 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
             is_corner.push(true);
         }
     }
-    for (line, numbers) in network.lines.iter().zip(&numbers) {
-        let length = line.length();
-        let least = if line.ends.is_none() { 3.0 } else { 1.0 };
-        let count = (length / spacing).round().max(least).max((line.turn() / TURN).ceil()) as usize;
-        let mut edge = Edge {
-            points: Vec::with_capacity(count + 1),
-            normals: Vec::with_capacity(count + 1),
-            closed: line.ends.is_none(),
-            ends: line.ends.unwrap_or([End::Lost; 2]),
-            length,
-            switch: line.switch,
-        };
-        let parts = line.parts(count);
+    out.edges = network.lines.iter().map(Line::edge).collect();
+    let spacing = out.spacing_for(options);
+    for (e, (line, numbers)) in network.lines.iter().zip(&numbers).enumerate() {
+        let mut edge = out.edges[e].clone();
+        let parts = line.parts(edge.parts(spacing));
         let last = parts.len() - 1;
         for (k, &(p, t)) in parts.iter().enumerate() {
             let end = (!edge.closed && (k == 0 || k == last)).then(|| usize::from(k != 0));
@@ -260,7 +300,7 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
             out.points.push(knot.p);
             edge.normals.push(knot.sides.map(|s| s.normal));
         }
-        out.edges.push(edge);
+        out.edges[e] = edge;
     }
     out.corners = (0..is_corner.len() as u32).filter(|&i| is_corner[i as usize]).collect();
     let lost = network.doubts;
@@ -271,6 +311,21 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
         ));
     }
     Ok(out)
+}
+
+impl Line {
+    /// The edge without its points.
+    fn edge(&self) -> Edge {
+        Edge {
+            points: Vec::new(),
+            normals: Vec::new(),
+            closed: self.ends.is_none(),
+            ends: self.ends.unwrap_or([End::Lost; 2]),
+            length: self.length(),
+            switch: self.switch,
+            turn: self.turn(),
+        }
+    }
 }
 
 /// The point of a line near a guess.
