@@ -6,11 +6,16 @@ use isoswarm_field::vector::{distance, dot, norm, unit};
 use isoswarm_field::{Aabb, Field, text};
 use isoswarm_geometry::Resolution::Count;
 use isoswarm_geometry::{MeshOptions, Meshed, Resolution, mesh};
+use isoswarm_particles::Density;
 
 fn made(formula: &str, half: f64, resolution: Resolution) -> Meshed {
+    made_with(formula, half, resolution, Density::Uniform)
+}
+
+fn made_with(formula: &str, half: f64, resolution: Resolution, density: Density<'_>) -> Meshed {
     let field = Field::new(&text::parse(formula, &[]).unwrap()).unwrap();
     let bounds = Aabb::new([-half; 3], [half; 3]);
-    let out = mesh(&field, &bounds, MeshOptions { resolution, ..Default::default() }).unwrap();
+    let out = mesh(&field, &bounds, MeshOptions { resolution, density, ..Default::default() }).unwrap();
     println!(
         "{formula} {resolution:?}: {:?} euler {:?} warnings {:?} doubtful {} filled {} intersections {}",
         out.report.topology.faults,
@@ -274,6 +279,34 @@ fn a_cone_cut_through_its_tip_is_closed() {
             assert_eq!(out.report.topology.euler, [2]);
             near(out.mesh.volume(), part * 2.0 * PI / 3.0, 1e-2);
             assert!(out.mesh.points.contains(&[0.0, 0.0, 1.0]));
+        }
+    }
+}
+
+/// Triangles on one side of the step have ten times the size of those on the other: across edges, just beside one, and on one face only.
+#[test]
+fn creases_are_kept_where_the_density_has_a_step() {
+    for (at, dense) in [(0.0, 100.0), (0.9, 100.0), (0.999, 100.0), (-0.999, 0.01), (0.999, 10.0)] {
+        let step = |p: &[[f64; 3]], out: &mut [f64]| -> Result<(), String> {
+            p.iter().zip(out).for_each(|(p, d)| *d = if p[0] > at { dense } else { 1.0 });
+            Ok(())
+        };
+        for n in [1000, 4000, 15_000] {
+            let out = made_with("box(2, 2, 2)", 1.3, Count(n), Density::Function(&step));
+            assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report.warnings);
+            assert!(out.report.doubtful.is_empty() && every_segment_is_an_edge(&out));
+            assert_eq!(out.report.topology.euler, [2]);
+            near(out.mesh.volume(), 8.0, 1e-12);
+            near(out.mesh.area(), 24.0, 1e-12);
+            // Edges are divided as finely as the triangles beside them.
+            let divided = |x: f64| {
+                let on = |e: &&[u32; 2]| e.iter().all(|&v| out.mesh.points[v as usize][0] == x);
+                out.report.creases.iter().filter(on).count() as f64
+            };
+            let (fine, coarse) =
+                if dense > 1.0 { (divided(1.0), divided(-1.0)) } else { (divided(-1.0), divided(1.0)) };
+            let times = dense.max(1.0 / dense).sqrt();
+            assert!(fine > 0.6 * times * coarse || coarse < 13.0, "{fine} {coarse}");
         }
     }
 }

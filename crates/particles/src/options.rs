@@ -110,7 +110,7 @@ pub type ProgressFn<'a> = dyn FnMut(&Progress) -> ControlFlow<Stop> + 'a;
 
 /// A search for creases: [`creases::find`](crate::creases::find).
 pub type FindCreases =
-    fn(&dyn Surface, &Aabb, CreaseOptions, &mut dyn FnMut(f64) -> bool) -> Result<Creases, Error>;
+    fn(&dyn Surface, &Aabb, CreaseOptions<'_>, &mut dyn FnMut(f64) -> bool) -> Result<Creases, Error>;
 
 /// What [`sample`](crate::sample) is asked for.
 pub struct Options<'a> {

@@ -3,7 +3,7 @@
 use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
-use crate::creases::{CreaseOptions, Creases};
+use crate::creases::{CreaseOptions, Creases, SizeFn};
 use crate::edges::EdgeFloaters;
 use crate::even::{self, Spread, Wish};
 use crate::finish::{finish, project_exactly};
@@ -15,6 +15,8 @@ use crate::random;
 use crate::report::{Samples, Status};
 use crate::run::Run;
 use crate::seeding::{self, Seeds};
+use crate::sizing::Sizing;
+use crate::vector::V3;
 
 /// Memory of a run per floater in bytes, for estimates.
 const BYTES: f64 = 300.0;
@@ -123,7 +125,11 @@ pub(crate) fn sample_from(
     let creases = match creases.filter(|_| method == Method::Even) {
         Some(find) => {
             let most = if more { most } else { n };
-            find_creases(find, surface, bounds, seeds, (amount, n, most), run)?
+            let all = seeds.uniform_swarm();
+            let apart = even::spacing_for_count(seeds.area, all.len(), seeds.walls.axes);
+            let density = if matches!(density, Density::Function(_)) { density } else { Density::Uniform };
+            let sizing = Sizing::new(density, surface, &all, apart, seeds.walls.axes)?.0;
+            find_creases(find, surface, bounds, seeds, (amount, n, most), &sizing, run)?
         }
         None => None,
     };
@@ -198,10 +204,13 @@ fn find_creases(
     bounds: &Aabb,
     seeds: &Seeds<'_>,
     (amount, asked, most): (Amount, usize, usize),
+    sizing: &Sizing<'_>,
     run: &mut Run<'_>,
 ) -> Result<Option<OnCreases>, Error> {
     let spacing_for = |n: usize| even::spacing_for_count(seeds.area, n, seeds.walls.axes);
     let room = |n: usize| (SHARE * n.saturating_sub(seeds.components) as f64) as usize;
+    let at = |points: &[V3], out: &mut [f64]| sizing.at(points, out);
+    let sizes: Option<&SizeFn<'_>> = if sizing.is_uniform() { None } else { Some(&at) };
     let mut n = asked;
     // What is found depends a little on the spacing: at last what there is room for at all will do.
     for k in 1..=SEARCHES {
@@ -211,7 +220,12 @@ fn find_creases(
         };
         let found = {
             let mut tell = |part: f64| run.tell(Phase::Seeding, 0.05 + 0.05 * part, 0);
-            find(surface, bounds, CreaseOptions { most: room(n), ..CreaseOptions::new(spacing) }, &mut tell)?
+            find(
+                surface,
+                bounds,
+                CreaseOptions { most: room(n), sizes, ..CreaseOptions::new(spacing) },
+                &mut tell,
+            )?
         };
         let taken = found.points.len();
         let fit = taken <= room(n) || k == SEARCHES && taken + seeds.components < n;
