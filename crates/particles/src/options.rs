@@ -127,6 +127,8 @@ pub struct Options<'a> {
     /// Whether more samples than `amount` are taken where those on creases would be more than half of them: as many as are
     /// twice as many as these, at most `most`. Otherwise there are none on creases then. Default: no.
     pub more: bool,
+    /// Whether samples on creases are equally far apart whatever the density function, as where that has poles: at a tip. Default: no.
+    pub even_creases: bool,
     /// Seed of every random choice. Default: 0.
     pub seed: u64,
     /// Points to start from, from an earlier result on a surface that has changed; with [`Method::Even`].
@@ -147,6 +149,7 @@ impl Default for Options<'_> {
             density: Density::default(),
             creases: None,
             more: false,
+            even_creases: false,
             seed: 0,
             start: None,
             most: 20_000_000,
@@ -164,6 +167,7 @@ impl fmt::Debug for Options<'_> {
             .field("density", &self.density)
             .field("creases", &self.creases.is_some())
             .field("more", &self.more)
+            .field("even_creases", &self.even_creases)
             .field("seed", &self.seed)
             .field("start", &self.start.map(<[_]>::len))
             .field("most", &self.most)

@@ -119,7 +119,7 @@ pub(crate) fn sample_from(
     options: Options<'_>,
     coarse_steps: Option<usize>,
 ) -> Result<Samples, Error> {
-    let Options { amount, method, density, creases, more, start, most, steps, .. } = options;
+    let Options { amount, method, density, creases, more, even_creases, start, most, steps, .. } = options;
     run.tell(Phase::Seeding, 0.05, seeds.points.len());
     let n = population(seeds, amount, most)?;
     let creases = match creases.filter(|_| method == Method::Even) {
@@ -127,7 +127,8 @@ pub(crate) fn sample_from(
             let most = if more { most } else { n };
             let all = seeds.uniform_swarm();
             let apart = even::spacing_for_count(seeds.area, all.len(), seeds.walls.axes);
-            let density = if matches!(density, Density::Function(_)) { density } else { Density::Uniform };
+            let varies = matches!(density, Density::Function(_)) && !even_creases;
+            let density = if varies { density } else { Density::Uniform };
             let sizing = Sizing::new(density, surface, &all, apart, seeds.walls.axes)?.0;
             find_creases(find, surface, bounds, seeds, (amount, n, most), &sizing, run)?
         }

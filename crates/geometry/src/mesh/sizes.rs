@@ -105,6 +105,8 @@ pub(super) fn sample(
             density: Density::Function(&sizes),
             creases: search,
             more: true,
+            // The curvature at a tip has no bound.
+            even_creases: matches!(density, Density::Uniform),
             seed,
             most,
             start: Some(&start),
