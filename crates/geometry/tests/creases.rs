@@ -311,6 +311,25 @@ fn creases_are_kept_where_the_density_has_a_step() {
     }
 }
 
+/// Two pits touch in one point of the top, which there is in two sectors with about the same normals: flat ones, and parts of cones.
+#[test]
+fn sectors_of_one_piece_are_told_apart() {
+    let pit = |s: &str| format!("max(max(-({s}x)-z, -({s}y)-z), max(max({s}x-0.6, {s}y-0.6), -0.3-z))");
+    for slope in [0.0, 0.1, 0.25, 0.4] {
+        let block = format!("max(max(abs(x), abs(y)) - 1, max(z + {slope}*sqrt(x^2 + y^2), -1 - z))");
+        let formula = format!("max({block}, max(-({}), -({})))", pit(""), pit("-"));
+        for n in [1000, 4000] {
+            let out = made(&formula, 1.3, Count(n));
+            assert!(out.report.topology.is_closed() && out.report.is_sound(), "{:?}", out.report.warnings);
+            assert!(out.report.doubtful.is_empty() && every_segment_is_an_edge(&out));
+            assert_eq!(out.report.topology.euler, [2]);
+            if slope == 0.0 {
+                near(out.mesh.volume(), 4.0 - 2.0 * (0.6f64.powi(3) - 0.3f64.powi(3)) / 3.0, 1e-9);
+            }
+        }
+    }
+}
+
 /// The top of a thin wall is two creases that are closer together than samples on them, its sides face each other.
 #[test]
 fn walls_thinner_than_the_spacing_are_meshed() {

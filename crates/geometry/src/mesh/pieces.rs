@@ -5,7 +5,7 @@
 //! the same. Each sector is a copy of the point, with the sector's normal. Pieces are stitched as if there was nothing else; put together
 //! again they fit, for both sides of a crease have the same segments.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::math::atan2;
@@ -233,7 +233,12 @@ fn sectors(vertices: &Vertices, halves: &[Half], leaving: &[u32]) -> Vec<(Option
                     let up = unit(add(n, m));
                     let (a, b) = (tangential(way(h), up), tangential(way(g), up));
                     let angle = atan2(dot(cross(a, b), up), dot(a, b));
-                    pairs.push((if angle < 0.0 { angle + TAU } else { angle }, h, g));
+                    let angle = if angle < 0.0 { angle + TAU } else { angle };
+                    // Of two sectors of a cone the gaps between them may be narrower than they are: by normals alone these would be the
+                    // sectors.
+                    if angle <= PI || least == SAME[0] || least == SAME[2] {
+                        pairs.push((angle, h, g));
+                    }
                 }
             }
         }
