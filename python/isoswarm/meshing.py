@@ -334,7 +334,8 @@ def mesh(
         Relative number of vertices per area, a batch function of position, (n, 3) to (n,), or by curvature. By default
         uniform, but denser where the surface bends within less than the spacing. Not with `error`.
     creases : bool
-        Whether edges and corners of the surface become edges and vertices of the mesh.
+        Whether edges and corners of the surface become edges and vertices of the mesh. Where these would take more than
+        half of the vertices asked for, more are taken, and a warning says so.
     rule : {"delaunay", "circumsphere"}
         ``"delaunay"`` is the one to use. ``"circumsphere"`` is that of Szeliski and Tonnesen (1992), to compare
         with; it need not give a manifold.

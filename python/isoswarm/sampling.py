@@ -55,7 +55,8 @@ def sample(
         Relative number of points per area, a batch function of position, (n, 3) to (n,), or by curvature.
     creases : bool
         Whether to place samples on the surface's edges and corners (minima and maxima, as operators on shapes make
-        them) and keep the others off them; see ``samples.creases``.
+        them) and keep the others off them; see ``samples.creases``. Where they would be more than half of the samples,
+        none are placed there, and a warning names a number that is enough.
     seed : int
         Of every random choice: same seed, same result, on any number of threads.
     method : {"floaters", "adaptive", "simple", "fissioning", "random"}

@@ -122,6 +122,8 @@ fn run(field: &Field, request: Request) -> PyResult<Samples> {
                 method: request.method,
                 density,
                 creases: request.creases.then_some(core::creases::find),
+                more: false,
+                even_creases: false,
                 seed: request.seed,
                 start: request.start.as_deref(),
                 most: request.most,

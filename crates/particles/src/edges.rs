@@ -4,11 +4,13 @@
 use isoswarm_field::arrange::Arrange;
 use rayon::prelude::*;
 
+use crate::Error;
 use crate::constraint::Walls;
 use crate::creases::Creases;
 use crate::neighbors::Grid;
 use crate::population::{Census, PROTECTED, faces};
 use crate::seeding::Seeds;
+use crate::sizing::Sizing;
 use crate::stars::{Desk, Stars};
 use crate::swarm::{Swarm, same_sheet};
 use crate::vector::{V3, distance};
@@ -61,13 +63,16 @@ impl<'a> EdgeFloaters<'a> {
         let points: Vec<V3> = here.iter().map(|&i| self.creases.points[i]).collect();
         let mut left = swarm.per_label();
         (0..swarm.len()).filter(|&i| swarm.is_held(i)).for_each(|i| left[swarm.label[i] as usize] -= 1);
-        let reach = PROTECTED * unit;
-        let grid = Grid::new(&points, None, reach.max(f64::MIN_POSITIVE));
+        // Beside floaters of other sizes.
+        let size = |i: usize| swarm.size.get(i).copied().unwrap_or(1.0);
+        let widest = (0..swarm.len()).map(size).fold(0.0, f64::max);
+        let reach = |i: usize| PROTECTED * unit * size(i);
+        let grid = Grid::new(&points, None, (PROTECTED * unit * widest).max(f64::MIN_POSITIVE));
         let mut stay: Vec<u32> = Vec::with_capacity(swarm.len());
         for i in (0..swarm.len()).filter(|&i| !swarm.is_held(i)) {
             let mut close = false;
-            grid.near(swarm.points[i], reach, |j| {
-                close |= distance(swarm.points[i], points[j as usize]) < reach;
+            grid.near(swarm.points[i], reach(i), |j| {
+                close |= distance(swarm.points[i], points[j as usize]) < reach(i);
             });
             let l = swarm.label[i] as usize;
             if close && left[l] > 1 {
@@ -87,18 +92,25 @@ impl<'a> EdgeFloaters<'a> {
 
     /// Adds seeds where there is nobody: floaters do not get over creases, so that a part of the surface between them that has lost all
     /// of its own would stay empty.
-    pub(crate) fn fill(&self, swarm: &mut Swarm, seeds: &Seeds<'_>, unit: f64) {
-        let apart = ROOM * unit;
-        let grid = Grid::new(&swarm.points, None, apart);
-        let free: Vec<bool> = seeds
-            .points
-            .par_iter()
-            .zip(&seeds.normals)
-            .map(|(&p, &n)| {
-                let mut room = true;
-                grid.near(p, apart, |j| {
+    pub(crate) fn fill(
+        &self,
+        swarm: &mut Swarm,
+        seeds: &Seeds<'_>,
+        sizing: &Sizing<'_>,
+        unit: f64,
+    ) -> Result<(), Error> {
+        let mut apart = vec![1.0; seeds.points.len()];
+        sizing.at(&seeds.points, &mut apart)?;
+        apart.iter_mut().for_each(|a| *a *= ROOM * unit);
+        let widest = apart.iter().fold(f64::MIN_POSITIVE, |m, &a| m.max(a));
+        let grid = Grid::new(&swarm.points, None, widest);
+        let free: Vec<bool> = (0..apart.len())
+            .into_par_iter()
+            .map(|i| {
+                let (p, n, mut room) = (seeds.points[i], seeds.normals[i], true);
+                grid.near(p, apart[i], |j| {
                     let (q, m) = (swarm.points[j as usize], swarm.normals[j as usize]);
-                    room &= distance(p, q) >= apart || !same_sheet(p, q, n, m);
+                    room &= distance(p, q) >= apart[i] || !same_sheet(p, q, n, m);
                 });
                 room
             })
@@ -106,12 +118,13 @@ impl<'a> EdgeFloaters<'a> {
         let mut added: Vec<V3> = Vec::new();
         for i in (0..free.len()).filter(|&i| free[i]) {
             let p = seeds.points[i];
-            if added.iter().all(|q| distance(p, *q) >= apart) {
+            if added.iter().all(|q| distance(p, *q) >= apart[i]) {
                 added.push(p);
                 let size = (!swarm.size.is_empty()).then_some(1.0);
                 swarm.push(p, seeds.normals[i], seeds.label[i], size);
             }
         }
+        Ok(())
     }
 }
 

@@ -151,7 +151,7 @@ pub(crate) fn spread(
     };
     let mut goes_on = if let Some(mut swarm) = start {
         work.unit = linear(seeds.area / swarm.len() as f64, walls.axes);
-        work.hold(&mut swarm, levels);
+        work.hold(&mut swarm, levels)?;
         work.take(swarm)?;
         work.again(levels)?
     } else if rough {
@@ -160,7 +160,7 @@ pub(crate) fn spread(
         let on_edges = edges.map_or(0, |e| e.count(levels));
         let free = coarsest.saturating_sub(on_edges).max(seeds.components);
         let mut chosen = choose(seeds, &weights, free, Rng::new(work.run.seed, Stream::Thinning));
-        work.hold(&mut chosen, levels);
+        work.hold(&mut chosen, levels)?;
         work.take(chosen)?;
         work.coarsest(levels, coarse_steps)?
     };
@@ -552,11 +552,12 @@ impl Work<'_, '_, '_> {
     }
 
     /// Puts the floaters on creases that a level has.
-    fn hold(&self, swarm: &mut Swarm, level: u32) {
+    fn hold(&self, swarm: &mut Swarm, level: u32) -> Result<(), Error> {
         if let Some(edges) = self.edges {
             edges.enter(swarm, level, self.unit);
-            edges.fill(swarm, self.seeds, self.unit);
+            edges.fill(swarm, self.seeds, &self.sizing, self.unit)?;
         }
+        Ok(())
     }
 
     fn refine(&mut self, level: u32) -> Result<(), Error> {
@@ -567,7 +568,7 @@ impl Work<'_, '_, '_> {
         self.run.evaluations += count;
         self.run.births += born as u64;
         self.unit *= linear(before as f64 / swarm.len() as f64, self.walls.axes);
-        self.hold(&mut swarm, level);
+        self.hold(&mut swarm, level)?;
         self.take(swarm)?;
         self.relaxation.rest();
         Ok(())

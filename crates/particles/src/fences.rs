@@ -17,6 +17,9 @@ use crate::vector::{V3, add, distance, dot, frame, norm, scale, sub, tangential}
 const NOBODY: u32 = u32::MAX;
 /// How far others are looked for, in local spacings.
 const REACH: f64 = 3.2;
+/// How far samples see those on borders that are much closer to each other than they are, in local spacings, and how much closer that is.
+const SIGHT: f64 = 2.0;
+const COARSER: f64 = 2.0;
 /// Cosine between normals from which on down samples are on different pieces, or too far apart on a bent one.
 const LEVEL: f64 = 0.2;
 /// How much the chord between two samples may lean more than that of an arc.
@@ -41,11 +44,12 @@ struct Seen {
 pub(crate) struct Fences<'a> {
     points: &'a [V3],
     normals: &'a [V3],
-    spacing: &'a [f64],
     /// Who comes after and before a sample on a border.
     borders: &'a [[u32; 2]],
     grid: Grid,
     near: Vec<bool>,
+    /// How far each sample looks.
+    reach: Vec<f64>,
     /// Whether a sample lies on a face of the bounds, on which.
     walls: Vec<[i8; 3]>,
 }
@@ -85,7 +89,19 @@ impl<'a> Fences<'a> {
                 near[i] = close;
             }
         }
-        Self { points, normals, spacing, borders, grid, near, walls }
+        let mut reach: Vec<f64> = (0..points.len()).map(|i| REACH * at(i)).collect();
+        if spacing.len() > 1 {
+            // Who is on a border sees those that see it, if they are much farther apart.
+            for j in (0..points.len()).filter(|&j| near[j] && borders[j] == [NOBODY; 2]) {
+                fence.near(points[j], SIGHT * at(j), |i| {
+                    let d = distance(points[i as usize], points[j]);
+                    if d <= SIGHT * at(j) && at(j) > COARSER * at(i as usize) {
+                        reach[i as usize] = reach[i as usize].max(d);
+                    }
+                });
+            }
+        }
+        Self { points, normals, borders, grid, near, reach, walls }
     }
 
     /// Whether a border may matter for the ring of a sample.
@@ -95,7 +111,7 @@ impl<'a> Fences<'a> {
     }
 
     fn reach(&self, i: usize) -> f64 {
-        REACH * self.spacing[if self.spacing.len() == 1 { 0 } else { i }]
+        self.reach[i]
     }
 
     /// The ring of sample `i`: where it is on a border, from who comes after it to who comes before it, and [`Rings::FENCE`].

@@ -57,6 +57,7 @@ impl Samples {
                 evaluations: run.evaluations,
                 births: 0,
                 deaths: 0,
+                more: None,
                 warnings: run.warnings.clone(),
             },
         }
@@ -189,6 +190,7 @@ pub(crate) fn finish(
             evaluations: run.evaluations,
             births: run.births,
             deaths: run.deaths,
+            more: None,
             warnings: run.warnings.clone(),
         },
         points: swarm.points,

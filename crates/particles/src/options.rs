@@ -110,7 +110,7 @@ pub type ProgressFn<'a> = dyn FnMut(&Progress) -> ControlFlow<Stop> + 'a;
 
 /// A search for creases: [`creases::find`](crate::creases::find).
 pub type FindCreases =
-    fn(&dyn Surface, &Aabb, CreaseOptions, &mut dyn FnMut(f64) -> bool) -> Result<Creases, Error>;
+    fn(&dyn Surface, &Aabb, CreaseOptions<'_>, &mut dyn FnMut(f64) -> bool) -> Result<Creases, Error>;
 
 /// What [`sample`](crate::sample) is asked for.
 pub struct Options<'a> {
@@ -124,6 +124,11 @@ pub struct Options<'a> {
     /// ([`Method::Even`], in space): `Some(creases::find)`, see [`creases`](crate::creases). It is the search itself, so that a program
     /// that never asks for it need not hold it. Default: no.
     pub creases: Option<FindCreases>,
+    /// Whether more samples than `amount` are taken where those on creases would be more than half of them: as many as are
+    /// twice as many as these, at most `most`. Otherwise there are none on creases then. Default: no.
+    pub more: bool,
+    /// Whether samples on creases are equally far apart whatever the density function, as where that has poles: at a tip. Default: no.
+    pub even_creases: bool,
     /// Seed of every random choice. Default: 0.
     pub seed: u64,
     /// Points to start from, from an earlier result on a surface that has changed; with [`Method::Even`].
@@ -143,6 +148,8 @@ impl Default for Options<'_> {
             method: Method::default(),
             density: Density::default(),
             creases: None,
+            more: false,
+            even_creases: false,
             seed: 0,
             start: None,
             most: 20_000_000,
@@ -159,6 +166,8 @@ impl fmt::Debug for Options<'_> {
             .field("method", &self.method)
             .field("density", &self.density)
             .field("creases", &self.creases.is_some())
+            .field("more", &self.more)
+            .field("even_creases", &self.even_creases)
             .field("seed", &self.seed)
             .field("start", &self.start.map(<[_]>::len))
             .field("most", &self.most)

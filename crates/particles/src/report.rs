@@ -75,6 +75,8 @@ pub struct Report {
     pub births: u64,
     /// Floaters that died.
     pub deaths: u64,
+    /// Samples that were taken instead of those asked for, as creases need them ([`Options::more`](crate::Options::more)).
+    pub more: Option<usize>,
     /// What the user should know besides the status, a sentence each.
     pub warnings: Vec<String>,
 }

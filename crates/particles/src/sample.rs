@@ -3,7 +3,7 @@
 use isoswarm_field::{Aabb, Surface};
 
 use crate::Error;
-use crate::creases::{CreaseOptions, Creases};
+use crate::creases::{CreaseOptions, Creases, SizeFn};
 use crate::edges::EdgeFloaters;
 use crate::even::{self, Spread, Wish};
 use crate::finish::{finish, project_exactly};
@@ -15,6 +15,8 @@ use crate::random;
 use crate::report::{Samples, Status};
 use crate::run::Run;
 use crate::seeding::{self, Seeds};
+use crate::sizing::Sizing;
+use crate::vector::V3;
 
 /// Memory of a run per floater in bytes, for estimates.
 const BYTES: f64 = 300.0;
@@ -22,7 +24,11 @@ const BYTES: f64 = 300.0;
 /// are few.
 const SEEDS: usize = 4000;
 pub(crate) const FEWEST_SEEDS: usize = 1000;
-/// The same where there are creases.
+/// Most samples on creases, for each that there is.
+const SHARE: f64 = 0.5;
+/// Searches for creases until they go with the number of samples.
+const SEARCHES: usize = 3;
+/// Seeds where there are creases.
 const MANY_SEEDS: usize = 16_000;
 
 /// Samples the part of the surface F = 0 that lies in `bounds` (finite corners, lo < hi on each of the surface's axes).
@@ -113,22 +119,35 @@ pub(crate) fn sample_from(
     options: Options<'_>,
     coarse_steps: Option<usize>,
 ) -> Result<Samples, Error> {
-    let Options { amount, method, density, creases, start, most, steps, .. } = options;
+    let Options { amount, method, density, creases, more, even_creases, start, most, steps, .. } = options;
     run.tell(Phase::Seeding, 0.05, seeds.points.len());
     let n = population(seeds, amount, most)?;
     let creases = match creases.filter(|_| method == Method::Even) {
-        Some(find) => find_creases(find, surface, bounds, seeds, (amount, n), run)?,
+        Some(find) => {
+            let most = if more { most } else { n };
+            let all = seeds.uniform_swarm();
+            let apart = even::spacing_for_count(seeds.area, all.len(), seeds.walls.axes);
+            let varies = matches!(density, Density::Function(_)) && !even_creases;
+            let density = if varies { density } else { Density::Uniform };
+            let sizing = Sizing::new(density, surface, &all, apart, seeds.walls.axes)?.0;
+            find_creases(find, surface, bounds, seeds, (amount, n, most), &sizing, run)?
+        }
         None => None,
     };
-    let more;
+    let (creases, raised) = match creases {
+        Some(OnCreases { creases, n: taken }) => (Some(creases), (taken != n).then_some(taken)),
+        None => (None, None),
+    };
+    let (amount, n) = raised.map_or((amount, n), |n| (Amount::Count(n), n));
+    let many;
     let mut seeds = seeds;
     if creases.is_some() && aim < n.min(MANY_SEEDS) {
         // Between creases every part of the surface needs seeds of its own.
-        more = match look_for(surface, run, bounds, n.min(MANY_SEEDS), seeding::BOXES)? {
+        many = match look_for(surface, run, bounds, n.min(MANY_SEEDS), seeding::BOXES)? {
             Ok(seeds) => seeds,
             Err(nothing) => return Ok(*nothing),
         };
-        seeds = &more;
+        seeds = &many;
     }
     if method != Method::Random && n < seeds.components {
         return Err(Error::TooFew { n, components: seeds.components });
@@ -141,6 +160,7 @@ pub(crate) fn sample_from(
             let Spread { swarm, unit, unmet } = even::spread(run, surface, seeds, wish)?;
             let status = unmet.map_or(Status::Converged, Status::NotConverged);
             let mut samples = finish(run, surface, seeds, swarm, unit, status, creases)?;
+            samples.report.more = raised;
             verify(&mut samples, amount);
             Ok(samples)
         }
@@ -171,33 +191,78 @@ pub(crate) fn look_for<'s>(
     }
 }
 
-/// The creases, with points at the distance that samples will have; `None` where there are none.
+/// Creases and the number of samples that they go with.
+struct OnCreases {
+    creases: Creases,
+    n: usize,
+}
+
+/// The creases, with points at the distance that samples will have or a little more, no more than [`SHARE`] of the samples, whose number
+/// is raised up to `most` for that. `None` where there are none, or too many.
 fn find_creases(
     find: FindCreases,
     surface: &dyn Surface,
     bounds: &Aabb,
     seeds: &Seeds<'_>,
-    (amount, n): (Amount, usize),
+    (amount, asked, most): (Amount, usize, usize),
+    sizing: &Sizing<'_>,
     run: &mut Run<'_>,
-) -> Result<Option<Creases>, Error> {
-    let spacing = match amount {
-        Amount::Spacing(s) => s,
-        Amount::Count(n) => even::spacing_for_count(seeds.area, n, seeds.walls.axes),
-    };
-    let found = {
-        let mut tell = |part: f64| run.tell(Phase::Seeding, 0.05 + 0.05 * part, 0);
-        find(surface, bounds, CreaseOptions::new(spacing), &mut tell)?
-    };
-    run.warnings.extend(found.warnings.iter().cloned());
-    let (taken, least) = (found.points.len(), 2 * found.points.len() + seeds.components);
-    if taken > 0 && least > n {
-        run.warnings.push(format!(
-            "the surface's edges would take {taken} of the {n} samples, more than half: no samples were placed on them; ask \
-             for at least {least}"
-        ));
-        return Ok(None);
+) -> Result<Option<OnCreases>, Error> {
+    let spacing_for = |n: usize| even::spacing_for_count(seeds.area, n, seeds.walls.axes);
+    let room = |n: usize| (SHARE * n.saturating_sub(seeds.components) as f64) as usize;
+    let at = |points: &[V3], out: &mut [f64]| sizing.at(points, out);
+    let sizes: Option<&SizeFn<'_>> = if sizing.is_uniform() { None } else { Some(&at) };
+    let mut n = asked;
+    // What is found depends a little on the spacing: at last what there is room for at all will do.
+    for k in 1..=SEARCHES {
+        let spacing = match amount {
+            Amount::Spacing(s) if n == asked => s,
+            _ => spacing_for(n),
+        };
+        let found = {
+            let mut tell = |part: f64| run.tell(Phase::Seeding, 0.05 + 0.05 * part, 0);
+            find(
+                surface,
+                bounds,
+                CreaseOptions { most: room(n), sizes, ..CreaseOptions::new(spacing) },
+                &mut tell,
+            )?
+        };
+        let taken = found.points.len();
+        let fit = taken <= room(n) || k == SEARCHES && taken + seeds.components < n;
+        let widest = |n: usize| found.count(CreaseOptions::STRETCH * spacing_for(n));
+        let needed = if fit { n } else { first(n, |n| widest(n) <= room(n)) };
+        if fit || needed > most {
+            run.warnings.extend(found.warnings.iter().cloned());
+        }
+        if fit {
+            return Ok((taken > 0).then_some(OnCreases { creases: found, n }));
+        }
+        if needed > most {
+            run.warnings.push(format!(
+                "the surface's edges would take {} of the {n} samples, more than half: no samples were placed on them; ask for at \
+                 least {needed}",
+                found.count(spacing)
+            ));
+            return Ok(None);
+        }
+        n = needed;
     }
-    Ok((!found.points.is_empty()).then_some(found))
+    Ok(None)
+}
+
+/// A number above `from` that is the first from which on something holds, but for gaps that are small beside it.
+fn first(from: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let further = |n: usize| n + n / 4 + 1;
+    let (mut low, mut high) = (from, further(from));
+    while high < usize::MAX / 2 && !holds(high) {
+        (low, high) = (high, further(high));
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if holds(middle) { high = middle } else { low = middle }
+    }
+    high
 }
 
 /// How many samples, to begin with where a spacing is asked for.

@@ -89,6 +89,17 @@ impl<'a> Sizing<'a> {
         }
     }
 
+    /// The sizes at places of a density by function (all 1 for others).
+    pub(crate) fn at(&self, points: &[V3], out: &mut [f64]) -> Result<(), Error> {
+        out.fill(1.0);
+        if let Density::Function(f) = self.density {
+            f(points, out).map_err(|reason| Error::Density { reason })?;
+            check(points, out)?;
+            out.iter_mut().for_each(|v| *v = 1.0 / self.limit(*v / self.mean).sqrt());
+        }
+        Ok(())
+    }
+
     /// Gives every floater its size.
     pub(crate) fn apply(
         &self,

@@ -104,6 +104,34 @@ fn primitives_have_the_edges_that_they_should_have() {
     }
 }
 
+/// The creases that lead to the tip are too narrow to be seen just before it.
+#[test]
+fn edges_end_at_the_tip_of_a_cut_cone() {
+    let cone = "intersection(cone(r1=1, r2=0, h=2), translate(box(2, 2, 4), x=1, y=1))";
+    for formula in [cone, &format!("rotate({cone}, angle=0.7, ax=1, ay=0.4, az=0.2)")] {
+        for spacing in [0.3, 0.04] {
+            let c = find(formula, 1.8, spacing);
+            assert_eq!((c.corners.len(), c.edges.len()), (4, 6), "{formula}");
+            assert!(c.edges.iter().all(|e| e.ends == [End::Corner; 2]));
+            near(c.length(), 4.0 + 2.0 * 5f64.sqrt() + 0.5 * PI, 1e-7);
+        }
+    }
+}
+
+#[test]
+fn points_move_apart_for_the_sake_of_their_number() {
+    let bounds = Aabb::new([-1.2; 3], [1.2; 3]);
+    let with = |most: usize| {
+        creases(&field(CUBE), &bounds, CreaseOptions { most, ..CreaseOptions::new(0.1) }).unwrap()
+    };
+    let c = with(usize::MAX);
+    assert_eq!((c.points.len(), c.count(0.1), c.count(0.5)), (8 + 12 * 19, 8 + 12 * 19, 8 + 12 * 3));
+    assert_eq!(with(236), c);
+    // Seventeen or eighteen parts an edge instead of twenty; and no fewer than 1.2 times the spacing allows.
+    assert_eq!(with(220).points.len(), 8 + 12 * 17);
+    assert_eq!(with(10).points.len(), c.count(0.12));
+}
+
 #[test]
 fn a_turned_or_scaled_cube_is_a_cube() {
     for (k, angle) in [0.3, 1.0, 2.2].into_iter().enumerate() {
@@ -196,6 +224,30 @@ fn sampled(formula: &str, half: f64, n: usize) -> isoswarm_particles::Samples {
     assert_eq!(s.report.status, Status::Converged);
     assert!((s.report.area - s.areas.iter().sum::<f64>()).abs() < 1e-9 * s.report.area);
     s
+}
+
+#[test]
+fn more_samples_are_taken_where_edges_need_them() {
+    use isoswarm_particles::{Amount, Options, sample};
+    let (f, bounds) = (field(CSG), Aabb::new([-1.05; 3], [1.05; 3]));
+    let with = |amount: Amount, more: bool| {
+        let creases = Some(isoswarm_particles::creases::find as isoswarm_particles::FindCreases);
+        sample(&f, &bounds, Options { amount, more, creases, ..Options::default() }).unwrap()
+    };
+    for amount in [Amount::Count(100), Amount::Spacing(0.6)] {
+        let few = with(amount, false);
+        assert!(few.creases.is_none() && few.report.more.is_none());
+        let more = with(amount, true);
+        let n = more.points.len();
+        let on = more.creases.as_ref().unwrap().points.len();
+        assert_eq!(more.report.more, Some(n));
+        assert!(2 * on < n && n < 100 + 3 * on, "{on} of {n}");
+        // What the warning names does.
+        let named = |w: &String| w.split("at least ").nth(1).and_then(|t| t.parse().ok());
+        let least = few.report.warnings.iter().find_map(named).unwrap();
+        let enough = with(Amount::Count(least), false);
+        assert!(enough.creases.is_some() && enough.points.len() == least);
+    }
 }
 
 #[test]

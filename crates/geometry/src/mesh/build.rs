@@ -49,7 +49,8 @@ pub struct MeshOptions<'a> {
     /// Where triangles are smaller; not with [`Resolution::Error`]. Default: uniform, but where the surface bends within
     /// less than the spacing.
     pub density: Density<'a>,
-    /// Whether vertices are placed on the surface's edges and corners, so that no triangle crosses them. Default: yes.
+    /// Whether vertices are placed on the surface's edges and corners, so that no triangle crosses them. Where these would be more than half
+    /// of the vertices asked for, there are more of them, and a warning says so. Default: yes.
     pub creases: bool,
     /// Most rounds of smoothing, 0 to leave the vertices where the samples are. Default: 16.
     pub smoothing: usize,

@@ -104,6 +104,7 @@ pub(super) fn mesh(
             },
             density: if sizes.is_some() { Density::Function(&density) } else { Density::Uniform },
             creases: wish.creases.then_some(isoswarm_particles::creases::find),
+            even_creases: true,
             most: wish.most,
             steps: roughly.then_some(SETTLING),
             progress: Some(&mut tell),

@@ -5,7 +5,7 @@
 //! the same. Each sector is a copy of the point, with the sector's normal. Pieces are stitched as if there was nothing else; put together
 //! again they fit, for both sides of a crease have the same segments.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use isoswarm_field::arrange::Arrange;
 use isoswarm_field::math::atan2;
@@ -20,6 +20,8 @@ use super::vertices::Vertices;
 /// Cosines between the normals of the two ends of a sector, each where those before leave ends over: on one piece they are equal but where
 /// the corner is singular or was not found exactly, and pieces that meet at a small angle are told apart.
 const SAME: [f64; 3] = [0.9999, 0.95, 0.5];
+/// How far around a point of a crease normals are looked at where it is the tip of a piece, in spacings.
+const AROUND: f64 = 2.5;
 /// Samples keep this distance from segments of creases, in lengths of the segment.
 const NEAR: f64 = 0.2;
 /// Cosine between normals from which on a sample may lie on the piece beside a crease.
@@ -87,10 +89,15 @@ impl Pieces {
                 add_copy(v, vertices.normals[v]);
                 continue;
             }
-            for (start, end) in sectors(vertices, &halves, leaving) {
-                let sides = [start.map(|h| halves[h as usize].left), end.map(|g| halves[g as usize].right)];
-                let normal = unit(sides.into_iter().flatten().fold([0.0; 3], add));
-                let copy = add_copy(v, normal);
+            let sectors = sectors(vertices, &halves, leaving);
+            let sides = sectors
+                .iter()
+                .map(|s| [s.0.map(|h| halves[h as usize].left), s.1.map(|g| halves[g as usize].right)]);
+            let sides: Vec<[Option<V3>; 2]> = sides.collect();
+            let single: Vec<V3> = sides.iter().filter(|s| !singular(s)).map(between).collect();
+            for (&(start, end), sides) in sectors.iter().zip(&sides) {
+                let other = if singular(sides) { around(vertices, v, &single) } else { None };
+                let copy = add_copy(v, other.unwrap_or_else(|| between(sides)));
                 start.into_iter().for_each(|h| starting[h as usize] = copy);
                 end.into_iter().for_each(|g| ending[g as usize] = copy);
             }
@@ -128,6 +135,29 @@ impl Pieces {
         stitched.left_out.dedup();
         stitched
     }
+}
+
+/// Whether a sector has all kinds of normals, as at the tip of a cone.
+fn singular(sides: &[Option<V3>; 2]) -> bool {
+    matches!(sides, [Some(n), Some(m)] if dot(*n, *m) <= SAME[2])
+}
+
+/// The normal in the middle between the ends of a sector.
+fn between(sides: &[Option<V3>; 2]) -> V3 {
+    unit(sides.iter().flatten().copied().fold([0.0; 3], add))
+}
+
+/// The mean normal of the free vertices around `v` that do not lie on pieces with these normals.
+fn around(vertices: &Vertices, v: usize, others: &[V3]) -> Option<V3> {
+    let reach = AROUND * vertices.spacing[v];
+    let near = |&i: &usize| {
+        let n = vertices.normals[i];
+        !vertices.on_crease(i)
+            && distance(vertices.points[i], vertices.points[v]) < reach
+            && others.iter().all(|m| dot(n, *m) < SAME[1])
+    };
+    let sum = (0..vertices.len()).filter(near).fold([0.0; 3], |s, i| add(s, vertices.normals[i]));
+    (sum != [0.0; 3]).then(|| unit(sum))
 }
 
 /// Removes the samples that are so close to a segment of a crease that triangles between them would be slivers, or that lie beyond it, where
@@ -203,7 +233,12 @@ fn sectors(vertices: &Vertices, halves: &[Half], leaving: &[u32]) -> Vec<(Option
                     let up = unit(add(n, m));
                     let (a, b) = (tangential(way(h), up), tangential(way(g), up));
                     let angle = atan2(dot(cross(a, b), up), dot(a, b));
-                    pairs.push((if angle < 0.0 { angle + TAU } else { angle }, h, g));
+                    let angle = if angle < 0.0 { angle + TAU } else { angle };
+                    // Of two sectors of a cone the gaps between them may be narrower than they are: by normals alone these would be the
+                    // sectors.
+                    if angle <= PI || least == SAME[0] || least == SAME[2] {
+                        pairs.push((angle, h, g));
+                    }
                 }
             }
         }

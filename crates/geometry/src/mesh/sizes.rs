@@ -65,13 +65,21 @@ pub(super) fn sample(
             amount,
             density,
             creases: search,
+            more: true,
             seed,
             most,
             progress: Some(&mut tell),
             ..Options::default()
         },
     )?;
-    let mut out = Sampled { samples: first, evaluations: 0, warnings: Vec::new() };
+    let (mut warnings, mut resolution) = (Vec::new(), resolution);
+    if let (Some(n), Resolution::Count(_) | Resolution::Spacing(_)) = (first.report.more, resolution) {
+        warnings.push(format!(
+            "the surface's edges would take more than half of the vertices asked for: about {n} were taken instead"
+        ));
+        resolution = Resolution::Count(n);
+    }
+    let mut out = Sampled { samples: first, evaluations: 0, warnings };
     let stopped =
         matches!(&out.samples.report.status, Status::NotConverged(_)) && out.samples.points.is_empty();
     if out.samples.points.is_empty() || stopped {
@@ -96,6 +104,9 @@ pub(super) fn sample(
             amount: Amount::Count(n),
             density: Density::Function(&sizes),
             creases: search,
+            more: true,
+            // The curvature at a tip has no bound.
+            even_creases: matches!(density, Density::Uniform),
             seed,
             most,
             start: Some(&start),

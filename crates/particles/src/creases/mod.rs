@@ -22,9 +22,12 @@ use solve::Solver;
 pub use trace::End;
 use trace::{Knot, Tracer};
 
+/// Relative distances between points by position: fills `sizes[i]` (> 0, finite; 1 for the spacing that is asked for) for `points[i]`.
+pub type SizeFn<'a> = dyn Fn(&[V3], &mut [f64]) -> Result<(), Error> + 'a;
+
 /// What is asked of [`creases`].
-#[derive(Clone, Copy, Debug)]
-pub struct CreaseOptions {
+#[derive(Clone, Copy)]
+pub struct CreaseOptions<'a> {
     /// Distance between points along a crease (> 0, model units); each edge gets the whole number of parts that comes
     /// nearest to it, and more where it or one of its sides would turn by more than .7 radians from point to point.
     pub spacing: f64,
@@ -33,12 +36,21 @@ pub struct CreaseOptions {
     /// Most boxes that the surface is divided into to find creases; smaller closed creases than a box may be missed
     /// where others are near. Default: 60,000.
     pub boxes: usize,
+    /// Most points: where there would be more, they are farther apart, at most [`CreaseOptions::STRETCH`] times the spacing.
+    /// Default: any number.
+    pub most: usize,
+    /// Where points are closer and where farther apart; the least size counts of those on the crease and beside it. Default: the
+    /// same everywhere.
+    pub sizes: Option<&'a SizeFn<'a>>,
 }
 
-impl CreaseOptions {
+impl CreaseOptions<'_> {
+    /// How much farther apart points may be for the sake of their number: what lies between creases still keeps off them.
+    pub const STRETCH: f64 = 1.2;
+
     /// The defaults for a spacing.
     pub fn new(spacing: f64) -> Self {
-        Self { spacing, angle: ANGLE, boxes: 60_000 }
+        Self { spacing, angle: ANGLE, boxes: 60_000, most: usize::MAX, sizes: None }
     }
 }
 
@@ -61,9 +73,24 @@ pub struct Edge {
     pub length: f64,
     /// The switch that it is the crease of.
     switch: u32,
+    /// By how much it or one of its sides turns (radians).
+    turn: f64,
+    /// Its length where every part of it is measured in its size.
+    measure: f64,
 }
 
 impl Edge {
+    /// The parts that it is divided into for a spacing.
+    fn parts(&self, spacing: f64) -> usize {
+        let least = if self.closed { 3.0 } else { 1.0 };
+        (self.measure / spacing).round().max(least).max((self.turn / TURN).ceil()) as usize
+    }
+
+    /// Points that are neither of its ends, of so many parts.
+    fn between(&self, parts: usize) -> usize {
+        if self.closed { parts } else { parts.saturating_sub(1) }
+    }
+
     /// Pairs of points that follow each other.
     pub fn segments(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         let n = self.points.len();
@@ -104,6 +131,26 @@ impl Creases {
         self.side_normals().iter().map(|normals| middle(normals)).collect()
     }
 
+    /// How many points there would be for another spacing (> 0, model units).
+    pub fn count(&self, spacing: f64) -> usize {
+        let inner = |e: &Edge| e.points.len().saturating_sub(if e.closed { 0 } else { 2 });
+        let ends = self.points.len() - self.edges.iter().map(inner).sum::<usize>();
+        ends + self.edges.iter().map(|e| e.between(e.parts(spacing))).sum::<usize>()
+    }
+
+    /// The spacing that was asked for, or the least above it that leads to `most` points, or the widest there may be.
+    fn spacing_for(&self, CreaseOptions { spacing, most, .. }: &CreaseOptions<'_>) -> f64 {
+        if self.count(*spacing) <= *most {
+            return *spacing;
+        }
+        let (mut low, mut high) = (*spacing, CreaseOptions::STRETCH * spacing);
+        for _ in 0..STRETCHES {
+            let middle = 0.5 * (low + high);
+            if self.count(middle) > *most { low = middle } else { high = middle }
+        }
+        high
+    }
+
     /// Length of all edges (model units).
     pub fn length(&self) -> f64 {
         self.edges.iter().fold(0.0, |sum, e| sum + e.length)
@@ -136,6 +183,10 @@ const STEP: f64 = 0.5;
 const COARSEST: f64 = 1.0 / 48.0;
 /// Turn of a crease or of its sides from point to point, on average (radians).
 const TURN: f64 = 0.7;
+/// Halvings of what is between the spacing asked for and the widest.
+const STRETCHES: usize = 10;
+/// How far beside a crease sizes are looked at, over the spacing.
+const BESIDE: f64 = 0.5;
 /// Radius of the circle that sides are looked at on, over the size of the coordinates.
 const RADIUS: f64 = 1e-6;
 
@@ -152,7 +203,7 @@ const RADIUS: f64 = 1e-6;
 /// assert_eq!((found.corners.len(), found.edges.len()), (8, 12));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> Result<Creases, Error> {
+pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions<'_>) -> Result<Creases, Error> {
     find(surface, bounds, options, &mut |_| true)
 }
 
@@ -163,7 +214,7 @@ pub fn creases(surface: &dyn Surface, bounds: &Aabb, options: CreaseOptions) -> 
 pub fn find(
     surface: &dyn Surface,
     bounds: &Aabb,
-    options: CreaseOptions,
+    options: CreaseOptions<'_>,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Result<Creases, Error> {
     check(surface, bounds, &options)?;
@@ -183,11 +234,12 @@ pub fn find(
     let step = STEP * options.spacing.min(side);
     let mut tracer = Tracer::new(surface, &switches, bounds, step, options.angle);
     let tips = network::tips(&mut tracer, &boxes)?;
+    tracer.tips.clone_from(&tips);
     let Some(mut network) = network::find(&mut tracer, &boxes, go_on)? else {
         return Ok(Creases::default());
     };
     network.drop_around(&tips, tracer.step);
-    collect(&mut tracer, &network, &tips, options.spacing)
+    collect(&mut tracer, &network, &tips, &options)
 }
 
 fn longest(bounds: &Aabb) -> f64 {
@@ -215,12 +267,18 @@ impl<'a> Tracer<'a> {
             evaluations: 0,
             desk: Desk::default(),
             near: None,
+            tips: Vec::new(),
         }
     }
 }
 
 /// Points on the lines of a network at the spacing.
-fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64) -> Result<Creases, Error> {
+fn collect(
+    tracer: &mut Tracer<'_>,
+    network: &Network,
+    tips: &[V3],
+    options: &CreaseOptions<'_>,
+) -> Result<Creases, Error> {
     let (ends, numbers) = network.corners(tracer.step);
     let mut out = Creases { points: ends, certified: true, ..Creases::default() };
     let mut is_corner = vec![false; out.points.len()];
@@ -232,19 +290,13 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
             is_corner.push(true);
         }
     }
-    for (line, numbers) in network.lines.iter().zip(&numbers) {
-        let length = line.length();
-        let least = if line.ends.is_none() { 3.0 } else { 1.0 };
-        let count = (length / spacing).round().max(least).max((line.turn() / TURN).ceil()) as usize;
-        let mut edge = Edge {
-            points: Vec::with_capacity(count + 1),
-            normals: Vec::with_capacity(count + 1),
-            closed: line.ends.is_none(),
-            ends: line.ends.unwrap_or([End::Lost; 2]),
-            length,
-            switch: line.switch,
-        };
-        let parts = line.parts(count);
+    let measures: Vec<Vec<f64>> =
+        network.lines.iter().map(|line| line.measure(options)).collect::<Result<_, _>>()?;
+    out.edges = network.lines.iter().zip(&measures).map(|(line, m)| line.edge(m.iter().sum())).collect();
+    let spacing = out.spacing_for(options);
+    for (e, (line, numbers)) in network.lines.iter().zip(&numbers).enumerate() {
+        let mut edge = out.edges[e].clone();
+        let parts = line.parts(edge.parts(spacing), &measures[e]);
         let last = parts.len() - 1;
         for (k, &(p, t)) in parts.iter().enumerate() {
             let end = (!edge.closed && (k == 0 || k == last)).then(|| usize::from(k != 0));
@@ -260,7 +312,7 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
             out.points.push(knot.p);
             edge.normals.push(knot.sides.map(|s| s.normal));
         }
-        out.edges.push(edge);
+        out.edges[e] = edge;
     }
     out.corners = (0..is_corner.len() as u32).filter(|&i| is_corner[i as usize]).collect();
     let lost = network.doubts;
@@ -271,6 +323,38 @@ fn collect(tracer: &mut Tracer<'_>, network: &Network, tips: &[V3], spacing: f64
         ));
     }
     Ok(out)
+}
+
+impl Line {
+    /// Between knots the length in sizes, where there are any.
+    fn measure(&self, options: &CreaseOptions<'_>) -> Result<Vec<f64>, Error> {
+        let mut out = self.lengths();
+        let Some(sizes) = options.sizes else { return Ok(out) };
+        let places = self.places(BESIDE * options.spacing);
+        let mut size = vec![1.0; places.len()];
+        sizes(&places, &mut size)?;
+        let least: Vec<f64> = size.chunks_exact(3).map(|s| s[0].min(s[1]).min(s[2])).collect();
+        // No part turns by more than where sizes are equal.
+        for (k, (m, turn)) in out.iter_mut().zip(self.turns()).enumerate() {
+            let size = least[k].min(least[(k + 1) % least.len()]);
+            *m = (*m / size).max(options.spacing * turn / TURN);
+        }
+        Ok(out)
+    }
+
+    /// The edge without its points.
+    fn edge(&self, measure: f64) -> Edge {
+        Edge {
+            points: Vec::new(),
+            normals: Vec::new(),
+            closed: self.ends.is_none(),
+            ends: self.ends.unwrap_or([End::Lost; 2]),
+            length: self.length(),
+            switch: self.switch,
+            turn: self.turn(),
+            measure,
+        }
+    }
 }
 
 /// The point of a line near a guess.
@@ -288,7 +372,7 @@ fn settle(tracer: &mut Tracer<'_>, line: &Line, p: V3, t: V3) -> Result<Knot, Er
     Ok(nearest.unwrap_or(&line.knots[0]).clone())
 }
 
-fn check(surface: &dyn Surface, bounds: &Aabb, options: &CreaseOptions) -> Result<(), Error> {
+fn check(surface: &dyn Surface, bounds: &Aabb, options: &CreaseOptions<'_>) -> Result<(), Error> {
     let fine = |a: usize| bounds.lo[a].is_finite() && bounds.hi[a].is_finite() && bounds.lo[a] < bounds.hi[a];
     if !(0..surface.axes()).all(fine) {
         return Err(Error::Bounds { given: format!("{:?} to {:?}", bounds.lo, bounds.hi) });

@@ -187,13 +187,15 @@ impl Network {
         Ok(Growth::Line)
     }
 
-    /// Drops short pieces that lead nowhere next to tips, where switches are equal in one point, too.
+    /// Drops short pieces that lead nowhere next to tips, or from one back to it, where switches are equal in one point, too.
     pub(super) fn drop_around(&mut self, tips: &[V3], step: f64) {
         let mut doubts = 0;
         self.lines.retain(|line| {
             let lost = line.ends.map_or(0, |e| e.iter().filter(|e| **e == End::Lost).count());
             let near = |k: &Knot| tips.iter().any(|t| distance(*t, k.p) < 2.0 * step);
-            let drop = line.knots.iter().all(near) && (lost > 0 || line.ends.is_none());
+            let ends = [line.knots.first(), line.knots.last()];
+            let back = tips.iter().any(|t| ends.iter().flatten().all(|k| k.p == *t));
+            let drop = line.knots.iter().all(near) && (lost > 0 || line.ends.is_none() || back);
             doubts += if drop { lost } else { 0 };
             !drop
         });

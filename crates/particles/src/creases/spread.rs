@@ -1,8 +1,8 @@
-//! Points on creases, evenly by arc length.
+//! Points on creases, evenly by arc length or by another measure.
 
 use super::network::Line;
 use super::trace::Knot;
-use crate::vector::{V3, add, distance, scale};
+use crate::vector::{V3, add, along, distance, scale};
 
 /// Length of the arc between two knots: that of the circle with the same chord and the same turn of the tangent.
 pub(super) fn arc(a: &Knot, b: &Knot) -> f64 {
@@ -41,20 +41,37 @@ impl Line {
         sum(&|k| k.t).max(sum(&|k| k.sides[0].normal)).max(sum(&|k| k.sides[1].normal))
     }
 
-    /// Guesses of the points at `count` equal parts of the length, with tangents: the first knot is the first of them, and the
-    /// end comes last unless the line is closed.
-    pub(super) fn parts(&self, count: usize) -> Vec<(V3, V3)> {
-        let total = self.length();
+    /// Arc lengths between knots.
+    pub(super) fn lengths(&self) -> Vec<f64> {
+        self.segments().map(|(a, b)| arc(a, b)).collect()
+    }
+
+    /// Between knots: how much they and the normals of the sides turn (radians).
+    pub(super) fn turns(&self) -> Vec<f64> {
+        let angle = |a: V3, b: V3| 2.0 * asin(0.5 * distance(a, b));
+        let side = |a: &Knot, b: &Knot, k: usize| angle(a.sides[k].normal, b.sides[k].normal);
+        self.segments().map(|(a, b)| angle(a.t, b.t).max(side(a, b, 0)).max(side(a, b, 1))).collect()
+    }
+
+    /// The knots, and places beside each that far into both sides.
+    pub(super) fn places(&self, off: f64) -> Vec<V3> {
+        let around = |k: &Knot| [k.p, along(k.p, off, k.sides[0].way), along(k.p, off, k.sides[1].way)];
+        self.knots.iter().flat_map(around).collect()
+    }
+
+    /// Guesses of the points at `count` parts of equal measure, given between knots, with tangents: the first knot is the first of them,
+    /// and the end comes last unless the line is closed.
+    pub(super) fn parts(&self, count: usize, measure: &[f64]) -> Vec<(V3, V3)> {
+        let total: f64 = measure.iter().sum();
         let mut out = vec![(self.knots[0].p, self.knots[0].t)];
         let (mut done, mut next) = (0.0, 1);
-        for (a, b) in self.segments() {
-            let length = arc(a, b);
-            while next < count && total * next as f64 / count as f64 <= done + length {
-                let part = (total * next as f64 / count as f64 - done) / length;
-                out.push(between(a, b, part.clamp(0.0, 1.0), length));
+        for ((a, b), &size) in self.segments().zip(measure) {
+            while next < count && total * next as f64 / count as f64 <= done + size {
+                let part = (total * next as f64 / count as f64 - done) / size;
+                out.push(between(a, b, part.clamp(0.0, 1.0), arc(a, b)));
                 next += 1;
             }
-            done += length;
+            done += size;
         }
         if self.ends.is_some()
             && let Some(last) = self.knots.last()

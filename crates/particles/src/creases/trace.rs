@@ -66,7 +66,12 @@ pub(super) struct Tracer<'a> {
     pub(super) desk: Desk,
     /// What of the function matters around the place that was last looked at.
     pub(super) near: Option<(Aabb, Route)>,
+    /// Tips: creases that lead there get too narrow beside the radius to be seen before they are there.
+    pub(super) tips: Vec<V3>,
 }
+
+/// Cosine between a crease and the way from its last point that can be seen to a tip, at least, where it leads there.
+const AHEAD: f64 = 0.99;
 
 /// Half the side of the box around a place in which [`Tracer::near`] serves, in longest steps.
 const AROUND: f64 = 6.0;
@@ -132,7 +137,7 @@ impl Tracer<'_> {
                 Step::Shorter => {
                     h *= 0.5;
                     if h < SHORTEST * self.step {
-                        return Ok(Way { knots, end: Some(End::Lost) });
+                        return Ok(self.up_to_tip(knots, before, End::Lost));
                     }
                 }
                 Step::End(knot, end) => {
@@ -142,7 +147,7 @@ impl Tracer<'_> {
                         continue;
                     }
                     knots.extend(knot);
-                    return Ok(Way { knots, end: Some(end) });
+                    return Ok(self.up_to_tip(knots, before, end));
                 }
                 Step::On(next, knot) => {
                     if !knots.is_empty() && passes(&here.p, &next.p, here.t, first) {
@@ -158,6 +163,19 @@ impl Tracer<'_> {
             }
         }
         Ok(Way { knots, end: Some(End::Lost) })
+    }
+
+    /// The way that has come to `last` and ends; where that is nowhere, at a tip ahead.
+    fn up_to_tip(&self, mut knots: Vec<Knot>, last: Knot, end: End) -> Way {
+        let leads = |tip: &V3| {
+            let (way, length) = (sub(*tip, last.p), distance(*tip, last.p));
+            length <= self.step && dot(way, last.t) >= AHEAD * length
+        };
+        let tip = self.tips.iter().copied().find(leads).filter(|_| matches!(end, End::Fade | End::Lost));
+        if let Some(p) = tip {
+            knots.push(Knot { p, ..last });
+        }
+        Way { knots, end: Some(if tip.is_some() { End::Corner } else { end }) }
     }
 
     fn step_from(
