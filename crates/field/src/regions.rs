@@ -247,6 +247,10 @@ fn runs<'s, 'p>(
 }
 
 impl Surface for Narrowed<'_> {
+    fn any_thread(&self) -> bool {
+        true
+    }
+
     fn axes(&self) -> usize {
         self.whole.axes
     }

@@ -57,6 +57,12 @@ pub trait Surface: Send + Sync {
         3
     }
 
+    /// Whether it may be asked on any thread, not on that of the caller alone: so unless a function of the user's is called, which may
+    /// rely on its thread.
+    fn any_thread(&self) -> bool {
+        false
+    }
+
     /// F and ∂F/∂x at each point. Values that are not finite are passed on as they are.
     fn value_gradient(
         &self,

@@ -387,3 +387,37 @@ fn samples_are_the_vertices() {
     let common = a.iter().filter(|f| b.binary_search(f).is_ok()).count();
     assert!(common as f64 > 0.95 * a.len() as f64, "{common} of {}", a.len());
 }
+
+#[test]
+fn a_function_of_the_user_is_called_on_its_thread() {
+    use std::sync::Mutex;
+    use std::thread::{ThreadId, current};
+    /// A sphere that notes who asks.
+    struct Noted(Mutex<Vec<ThreadId>>);
+    impl Surface for Noted {
+        fn value_gradient(
+            &self,
+            points: &[[f64; 3]],
+            value: &mut [f64],
+            gradient: &mut [[f64; 3]],
+        ) -> Result<(), FieldError> {
+            self.0.lock().unwrap().push(current().id());
+            for ((p, v), g) in points.iter().zip(value).zip(gradient) {
+                *v = p.iter().map(|c| c * c).sum::<f64>() - 1.0;
+                *g = p.map(|c| 2.0 * c);
+            }
+            Ok(())
+        }
+
+        fn hessian(&self, _: &[[f64; 3]], hessian: &mut [[f64; 6]]) -> Result<(), FieldError> {
+            self.0.lock().unwrap().push(current().id());
+            hessian.fill([2.0, 0.0, 0.0, 2.0, 0.0, 2.0]);
+            Ok(())
+        }
+    }
+    let noted = Noted(Mutex::new(Vec::new()));
+    let options = MeshOptions { resolution: Resolution::Error(2e-3), ..MeshOptions::default() };
+    assert!(mesh(&noted, &cube(1.3), options).unwrap().report.is_sound());
+    let asked = noted.0.into_inner().unwrap();
+    assert!(asked.len() > 50 && asked.iter().all(|id| *id == current().id()));
+}

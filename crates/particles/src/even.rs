@@ -522,7 +522,7 @@ impl Work<'_, '_, '_> {
             self.sizing.apply(self.surface, &mut swarm, self.unit, self.walls.axes)?;
             self.relaxation.swarm = swarm;
         }
-        let moved = in_pool(|| self.relaxation.step())?;
+        let moved = in_pool(self.surface, || self.relaxation.step())?;
         self.run.steps += 1;
         Ok((moved, self.run.tell(options::Phase::Relaxing, fraction, self.relaxation.swarm.len())))
     }
@@ -543,7 +543,8 @@ impl Work<'_, '_, '_> {
         let rng = Rng::new(self.run.seed, Stream::Death).child(self.run.steps as u64);
         let mut count = 0;
         let (habitat, unit) = (self.habitat(), self.unit);
-        let done = in_pool(|| population::balance(&mut swarm, &habitat, &mut count, unit, n, rng))?;
+        let done =
+            in_pool(self.surface, || population::balance(&mut swarm, &habitat, &mut count, unit, n, rng))?;
         self.run.evaluations += count;
         self.run.births += done.births as u64;
         self.run.deaths += done.deaths as u64;

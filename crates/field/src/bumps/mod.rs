@@ -425,6 +425,10 @@ impl Grid {
 }
 
 impl Surface for Sum {
+    fn any_thread(&self) -> bool {
+        true
+    }
+
     fn value_gradient(
         &self,
         points: &[[f64; 3]],

@@ -123,6 +123,10 @@ impl NullaryFnOnce for Range<'_> {
 struct Borrowed<'a>(&'a Sum);
 
 impl Surface for Borrowed<'_> {
+    fn any_thread(&self) -> bool {
+        true
+    }
+
     fn value_gradient(
         &self,
         points: &[[f64; 3]],

@@ -216,6 +216,10 @@ fn exp2(u: f32) -> f32 {
 }
 
 impl Surface for Single {
+    fn any_thread(&self) -> bool {
+        true
+    }
+
     fn value_gradient(
         &self,
         points: &[[f64; 3]],

@@ -242,6 +242,10 @@ impl Located<'_> {
 }
 
 impl Surface for Located<'_> {
+    fn any_thread(&self) -> bool {
+        true
+    }
+
     fn axes(&self) -> usize {
         self.whole.axes
     }

@@ -119,6 +119,10 @@ impl Surface for Field {
         Field::axes(self)
     }
 
+    fn any_thread(&self) -> bool {
+        !self.is_opaque()
+    }
+
     fn value_gradient(
         &self,
         points: &[[f64; 3]],

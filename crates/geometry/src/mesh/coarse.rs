@@ -124,7 +124,7 @@ pub(super) fn mesh(
         }
         let before = samples.report.evaluations;
         if most <= if sizes.is_some() { TURN_FOR_ERROR } else { TURN }
-            && let Some(mut made) = in_pool(|| refine(surface, bounds, samples, level as u32, wish))?
+            && let Some(mut made) = in_pool(surface, || refine(surface, bounds, samples, level as u32, wish))?
         {
             made.report.evaluations += evaluations;
             return Ok(Some(made));
