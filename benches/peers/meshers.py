@@ -1,4 +1,4 @@
-"""Meshers to compare with: CGAL's surface mesher, and marching cubes on a grid."""
+"""Meshers to compare with: CGAL's surface mesher, and marching cubes on a grid evaluated by NumPy."""
 
 from collections.abc import Callable
 
@@ -24,53 +24,28 @@ def _numpy(formula: str) -> Callable[..., np.ndarray]:
     return lambda x, y, z: eval(code, {"exp": np.exp, "sqrt": np.sqrt}, {"x": x, "y": y, "z": z})
 
 
-def on_axes(formula: str, axis: np.ndarray) -> np.ndarray:
-    """NumPy on open axes: a term of one coordinate is evaluated once for each place on its axis, not for each point."""
-    return _numpy(formula)(axis[:, None, None], axis[None, :, None], axis[None, None, :])
+def _grid(formula: str, half: float, cells: int) -> tuple[np.ndarray, float]:
+    axis = np.linspace(-half, half, cells + 1)
+    x, y, z = axis[:, None, None], axis[None, :, None], axis[None, None, :]
+    return _numpy(formula)(x, y, z), 2 * half / cells
 
 
-def at_points(formula: str, axis: np.ndarray) -> np.ndarray:
-    """NumPy at the points of the grid, as a function is called that takes any points."""
-    return _numpy(formula)(*np.meshgrid(axis, axis, axis, indexing="ij"))
-
-
-def by_isoswarm(formula: str, axis: np.ndarray) -> np.ndarray:
-    """isoswarm's own field at the points of the grid."""
-    import isoswarm as iso
-
-    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
-    return iso.parse(formula).value(points.reshape(-1, 3)).reshape(points.shape[:3])
-
-
-Evaluation = Callable[[str, np.ndarray], np.ndarray]
-
-EVALUATIONS: dict[str, Evaluation] = {
-    "NumPy on open axes": on_axes,
-    "NumPy at the points": at_points,
-    "isoswarm at the points": by_isoswarm,
-}
-
-
-def _grid(formula: str, half: float, cells: int, evaluate: Evaluation = on_axes) -> tuple[np.ndarray, float]:
-    return evaluate(formula, np.linspace(-half, half, cells + 1)), 2 * half / cells
-
-
-def scikit(formula: str, half: float, cells: int, evaluate: Evaluation) -> tuple[np.ndarray, np.ndarray]:
+def scikit(formula: str, half: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """scikit-image's marching cubes (Lewiner), evaluation included."""
     from skimage.measure import marching_cubes
 
-    values, cell = _grid(formula, half, cells, evaluate)
+    values, cell = _grid(formula, half, cells)
     points, faces, _, _ = marching_cubes(values, 0.0, spacing=(cell,) * 3)
     return points.astype(float) - half, faces.astype(np.int64)
 
 
-def vtk(formula: str, half: float, cells: int, evaluate: Evaluation) -> tuple[np.ndarray, np.ndarray]:
+def vtk(formula: str, half: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """VTK's flying edges, evaluation included."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
 
-    values, cell = _grid(formula, half, cells, evaluate)
+    values, cell = _grid(formula, half, cells)
     image = vtkImageData()
     image.SetDimensions(*values.shape)
     image.SetSpacing(cell, cell, cell)
@@ -87,10 +62,7 @@ def vtk(formula: str, half: float, cells: int, evaluate: Evaluation) -> tuple[np
     return vtk_to_numpy(found.GetPoints().GetData()).astype(float), faces.astype(np.int64)
 
 
-CUBES: dict[str, Callable[[str, float, int, Evaluation], tuple[np.ndarray, np.ndarray]]] = {
-    "scikit-image": scikit,
-    "VTK": vtk,
-}
+CUBES: dict[str, Callable[[str, float, int], tuple[np.ndarray, np.ndarray]]] = {"scikit-image": scikit, "VTK": vtk}
 
 
 def cgal(formula: str, half: float, n: int) -> tuple[np.ndarray, np.ndarray, float]:

@@ -1,12 +1,14 @@
 """mesh() beside CGAL's surface mesher and marching cubes: as many vertices, or as near to the surface."""
 
-import functools
-
 import numpy as np
 
 from options import Options, timed
 from peers import meshers
 from table import Row, number
+
+
+CELLS = (96, 128, 256)
+"""Of marching cubes along each axis."""
 
 
 def rows(options: Options) -> list[Row]:
@@ -15,7 +17,8 @@ def rows(options: Options) -> list[Row]:
     found = []
     for name, (formula, half) in jobs[:1] if options.quick else jobs:
         found += _beside_cgal(options, name, formula, half)
-        found += _beside_cubes(options, name, formula, half)
+        for cells in CELLS[:1] if options.quick else CELLS:
+            found += _beside_cubes(options, name, formula, half, cells)
     return found
 
 
@@ -50,17 +53,14 @@ def _beside_cgal(options: Options, name: str, formula: str, half: float) -> list
     ]
 
 
-def _beside_cubes(options: Options, name: str, formula: str, half: float) -> list[Row]:
+def _beside_cubes(options: Options, name: str, formula: str, half: float, cells: int) -> list[Row]:
     import isoswarm as iso
 
     field = iso.parse(formula)
     found = []
     for library, mesher in meshers.CUBES.items():
         try:
-            times, (points, faces) = {}, (None, None)
-            for how, evaluate in meshers.EVALUATIONS.items():
-                run = functools.partial(mesher, formula, half, 96, evaluate)
-                times[how], (points, faces) = timed(options, run)
+            peer_time, (points, faces) = timed(options, lambda m=mesher: m(formula, half, cells))
         except ImportError as error:
             found.append(Row(f"mesh({name}) at equal error", "", library, None, "x", 2.0, 4.0, note=str(error)))
             continue
@@ -69,13 +69,10 @@ def _beside_cubes(options: Options, name: str, formula: str, half: float) -> lis
         reached = _distance(field, ours.points, ours.faces)
         what = f"mesh({name}, error={error:.1e})"
         text = f"{number(seconds)} s, {len(ours):,} triangles, off {reached:.1e}"
-        peer = f"{library}, {len(faces):,} triangles, off {error:.1e}"
+        peer = f"{library}, {cells}³: {number(peer_time)} s, {len(faces):,} triangles, off {error:.1e}"
         options.log(f"{what}: {text}; {peer}")
         found.append(Row(f"{what}: triangles", text, peer, len(faces) / len(ours), "x", 2.0, 4.0))
-        for how, peer_time in times.items():
-            peer = f"{library}, {how}: {number(peer_time)} s"
-            options.log(f"    {peer}, isoswarm takes {seconds / peer_time:.2f} times that")
-            found.append(Row(f"{what}: time", text, peer, peer_time / seconds, "x", 0.5, 1.0))
+        found.append(Row(f"{what}: time", text, peer, peer_time / seconds, "x", 0.5, 1.0))
     return found
 
 
