@@ -6,7 +6,6 @@ from options import Options, timed
 from peers import meshers
 from table import Row, number
 
-
 CELLS = (96, 128, 256)
 """Of marching cubes along each axis."""
 
