@@ -18,6 +18,11 @@ impl Aabb {
         Self { lo, hi }
     }
 
+    /// The point in the middle.
+    pub fn middle(&self) -> [f64; 3] {
+        std::array::from_fn(|a| 0.5 * (self.lo[a] + self.hi[a]))
+    }
+
     /// Length of the diagonal.
     pub fn diagonal(&self) -> f64 {
         (0..3).map(|a| (self.hi[a] - self.lo[a]).powi(2)).sum::<f64>().sqrt()

@@ -12,19 +12,18 @@ use isoswarm_field::{Surface, in_pool};
 
 use crate::Error;
 use crate::constraint::Walls;
-use crate::constraint::{Target, project};
 use crate::edges::EdgeFloaters;
 use crate::front;
-use crate::neighbors::Grid;
 use crate::options::{self, Amount, Density};
 use crate::population::{self, Habitat, linear};
 use crate::relax::{Moved, Pace, Relaxation};
+use crate::resume::resume;
 use crate::rng::{Rng, Stream};
 use crate::run::Run;
 use crate::seeding::Seeds;
 use crate::sizing::Sizing;
 use crate::swarm::Swarm;
-use crate::vector::{V3, distance};
+use crate::vector::V3;
 
 // How the phases of the relaxation go: σ in square roots of the mean cell.
 
@@ -59,10 +58,6 @@ const CHEAP: usize = 200_000;
 const BEFORE_BALANCE: usize = 4;
 /// Steps that bring floaters from an earlier run to a new number and density.
 const AGAIN_STEPS: usize = 40;
-/// How far from a place on the surface the next of the earlier points may be, in square roots of their mean cell (random points
-/// leave no such gap), and the part of the surface that may have none.
-const SIGHT: f64 = 2.0;
-const BARE: f64 = 0.01;
 /// Steps until the density is asked again.
 const SIZING_STEPS: usize = 4;
 /// Most corrections of the number for a spacing.
@@ -123,7 +118,9 @@ pub(crate) fn spread(
     let levels = levels_for(n, seeds);
     let levels = edges.map_or(levels, |e| levels.min(e.levels(n, halvings(walls.axes))));
     let start = match start {
-        Some(points) => resume(run, surface, seeds, points, &weights, n, levels)?,
+        Some(points) => {
+            resume(run, surface, seeds, points, &weights, n, n >> (halvings(walls.axes) * levels))?
+        }
         None => None,
     };
     let levels = start.as_ref().map_or(levels, |swarm| level_of(swarm.len(), n, levels, walls.axes));
@@ -262,74 +259,6 @@ fn level_of(now: usize, n: usize, most: u32, axes: usize) -> u32 {
         part.max(1.0 / part)
     };
     (0..=most).min_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0)
-}
-
-/// Floaters from earlier points, projected onto the surface; those that do not get there are left out, and components
-/// without any get a seed. `None`, with a warning, where they are too few for the coarsest of the refinements to `n` or
-/// leave a part of the surface bare: what they cover would be all that is sampled.
-fn resume(
-    run: &mut Run<'_>,
-    surface: &dyn Surface,
-    seeds: &Seeds<'_>,
-    start: &[V3],
-    weights: &[f64],
-    n: usize,
-    levels: u32,
-) -> Result<Option<Swarm>, Error> {
-    let (walls, axes) = (seeds.walls, seeds.walls.axes);
-    let unit = linear(seeds.area / n as f64, axes);
-    let mut points: Vec<V3> = start.iter().map(|&p| walls.clamp(p)).collect();
-    let mut normals = vec![[0.0; 3]; points.len()];
-    let target = Target { tolerance: 1e-6 * unit, longest: unit, least: seeds.least, rounds: 12 };
-    let left = project(surface, &mut run.evaluations, &walls, &mut points, &mut normals, target)?;
-    let label = seeds.nearest_labels(&points, &normals);
-    let mut swarm = Swarm::default();
-    for i in (0..points.len()).filter(|&i| left[i] <= 0.05 * unit) {
-        swarm.push(points[i], normals[i], label[i], None);
-    }
-    let coarsest = n >> (halvings(axes) * levels);
-    if 2 * swarm.len() < coarsest {
-        run.warnings.push(format!(
-            "start: {} of its {} points are on the surface, too few to go on from to {n} samples: sampled afresh",
-            swarm.len(),
-            start.len()
-        ));
-        return Ok(None);
-    }
-    let bare = bare_part(seeds, &swarm.points, weights);
-    if bare > BARE {
-        run.warnings.push(format!(
-            "start: its points leave {:.0} % of the surface bare: sampled afresh",
-            (100.0 * bare).ceil()
-        ));
-        return Ok(None);
-    }
-    let mut represented = vec![false; seeds.components];
-    swarm.label.iter().for_each(|&l| represented[l as usize] = true);
-    for i in 0..seeds.points.len() {
-        let l = seeds.label[i];
-        if !std::mem::replace(&mut represented[l as usize], true) {
-            swarm.push(seeds.points[i], seeds.normals[i], l, None);
-        }
-    }
-    Ok(Some(swarm))
-}
-
-/// The part of the surface, judged by its uniform seeds, that is farther from all points than [`SIGHT`].
-fn bare_part(seeds: &Seeds<'_>, points: &[V3], weights: &[f64]) -> f64 {
-    let reach = SIGHT * linear(seeds.area / points.len() as f64, seeds.walls.axes);
-    // Where fewer are wanted, fewer do.
-    let reach = |i: usize| reach / linear(weights.get(i).copied().unwrap_or(1.0), seeds.walls.axes);
-    let widest = (0..seeds.uniform).map(reach).fold(0.0, f64::max);
-    let grid = Grid::new(points, None, widest);
-    let is_bare = |&i: &usize| {
-        let mut near = false;
-        grid.near(seeds.points[i], reach(i), |j| {
-            near |= distance(points[j as usize], seeds.points[i]) <= reach(i);
-        });
-        !near
-    };
-    (0..seeds.uniform).filter(is_bare).count() as f64 / seeds.uniform.max(1) as f64
 }
 
 struct Work<'w, 'a, 's> {

@@ -25,6 +25,7 @@ mod random;
 mod relax;
 mod report;
 mod repulsion;
+mod resume;
 mod rings;
 pub mod rng;
 mod run;

@@ -54,7 +54,7 @@ impl Single {
     pub(super) fn or_double(sum: Sum, error: f64) -> Box<dyn Surface> {
         let centers: Vec<[f64; 3]> = sum.bumps.iter().map(|b| b.center).collect();
         let Some(bounds) = Aabb::around(&centers) else { return Box::new(sum) };
-        let origin = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
+        let origin = bounds.middle();
         let (unit, scale) = (sum.offset.abs(), 1.0 / sum.grid.reach);
         let binary = core::f64::consts::LOG2_E;
         let (mut terms, mut reaches) = (Vec::new(), Vec::new());

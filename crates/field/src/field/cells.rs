@@ -192,7 +192,7 @@ impl Division<'_> {
     fn exclude_by_slopes(&self, tape: &Tape, parts: &mut Halves, scratch: &mut Scratch) {
         let Whole { axes, ref spans, .. } = *self.whole;
         let mut middles = parts.boxes;
-        middles.iter_mut().for_each(|b| *b = middle(b));
+        middles.iter_mut().for_each(|b| *b = Aabb::new(b.middle(), b.middle()));
         scratch.pass.run(tape, spans, &middles[..parts.len()], axes, false);
         let values: [Interval; LANES] = std::array::from_fn(|lane| scratch.pass.result(lane));
         scratch.pass.run(tape, spans, parts, axes, true);
@@ -208,12 +208,6 @@ impl Division<'_> {
             parts.fold(values[lane], |sum, part| sum + part).has_zero()
         });
     }
-}
-
-/// The middle of a box.
-fn middle(b: &Aabb) -> Aabb {
-    let at = std::array::from_fn(|a| 0.5 * (b.lo[a] + b.hi[a]));
-    Aabb::new(at, at)
 }
 
 /// Evaluates points by the region they lie in.

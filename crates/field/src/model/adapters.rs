@@ -62,7 +62,7 @@ impl Adapter {
     /// The adapter called `name` for what lies in `bounds`: its centre is the box's, a lattice reaches an eighth beyond it and has three
     /// control points along each axis. The axis is z.
     pub fn around(name: &str, bounds: &Aabb) -> Result<Self, FieldError> {
-        let center = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
+        let center = bounds.middle();
         let widest = (0..3).fold(0.0f64, |w, a| w.max(bounds.hi[a] - bounds.lo[a]));
         let half = [0, 1, 2].map(|a| 0.5 * (bounds.hi[a] - bounds.lo[a]) + 0.125 * widest);
         Ok(Self { kind: adapter_kind(name)?, center, axis: 2, half, controls: [3; 3] })

@@ -171,7 +171,7 @@ impl<'w, 'a> Work<'w, 'a> {
     ) -> Self {
         let mesh = &divided.mesh;
         let bounds = Aabb::around(&mesh.points).unwrap_or(Aabb::new([0.0; 3], [0.0; 3]));
-        let origin = [0, 1, 2].map(|a| 0.5 * (bounds.lo[a] + bounds.hi[a]));
+        let origin = bounds.middle();
         // Errors of the triangles are as good as independent: so much each makes the tolerance altogether.
         let share = options.tolerance / (mesh.faces.len() as f64).sqrt();
         let (area, volume) = (mesh.area(), mesh.volume().abs());

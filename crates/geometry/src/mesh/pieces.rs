@@ -224,7 +224,7 @@ fn sectors(vertices: &Vertices, halves: &[Half], leaving: &[u32]) -> Vec<(Option
     let way = |h: u32| sub(at(half(h).to), at(half(h).from));
     let mut out = Vec::new();
     let (mut starts, mut ends) = (leaving.to_vec(), leaving.to_vec());
-    for least in SAME {
+    for (level, least) in SAME.into_iter().enumerate() {
         let mut pairs: Vec<(f64, u32, u32)> = Vec::new();
         for &h in &starts {
             for &g in ends.iter().filter(|g| **g != h) {
@@ -236,7 +236,7 @@ fn sectors(vertices: &Vertices, halves: &[Half], leaving: &[u32]) -> Vec<(Option
                     let angle = if angle < 0.0 { angle + TAU } else { angle };
                     // Of two sectors of a cone the gaps between them may be narrower than they are: by normals alone these would be the
                     // sectors.
-                    if angle <= PI || least == SAME[0] || least == SAME[2] {
+                    if angle <= PI || level != 1 {
                         pairs.push((angle, h, g));
                     }
                 }

@@ -63,7 +63,7 @@ pub(super) fn tips(tracer: &mut Tracer<'_>, boxes: &[SwitchBox]) -> Result<Vec<V
     let mut found: Vec<V3> = Vec::new();
     for b in boxes {
         let grown = b.bounds.grown(MARGIN * b.bounds.diagonal());
-        let middle = [0, 1, 2].map(|a| 0.5 * (b.bounds.lo[a] + b.bounds.hi[a]));
+        let middle = b.bounds.middle();
         for &root in &b.tips {
             let squares = tracer.solver.switches.squares(root);
             let conditions: Vec<Condition> = squares.into_iter().map(Condition::Switch).collect();
@@ -102,7 +102,7 @@ fn seeds(tracer: &Tracer<'_>, boxes: &[SwitchBox]) -> Vec<Seed> {
         let routes = tracer.solver.switches.routes(&grown);
         let (mut desk, mut found) = (Desk::default(), Vec::new());
         for ((b, grown), route) in chunk.iter().zip(&grown).zip(&routes) {
-            let middle = [0, 1, 2].map(|a| 0.5 * (b.bounds.lo[a] + b.bounds.hi[a]));
+            let middle = b.bounds.middle();
             let search = Search { route, reach: 0.5 * grown.diagonal() };
             let side = [0, 1, 2].map(|a| b.bounds.hi[a] - b.bounds.lo[a]);
             for &switch in &b.switches {

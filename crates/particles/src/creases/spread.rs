@@ -6,7 +6,7 @@ use crate::vector::{V3, add, along, distance, scale};
 
 /// Length of the arc between two knots: that of the circle with the same chord and the same turn of the tangent.
 pub(super) fn arc(a: &Knot, b: &Knot) -> f64 {
-    let turn = 2.0 * asin(0.5 * distance(a.t, b.t));
+    let turn = angle(a.t, b.t);
     let chord = distance(a.p, b.p);
     // (θ/2) / sin(θ/2)
     let half = 0.5 * turn;
@@ -17,8 +17,9 @@ pub(super) fn arc(a: &Knot, b: &Knot) -> f64 {
     }
 }
 
-fn asin(v: f64) -> f64 {
-    isoswarm_field::math::asin(v.min(1.0))
+/// The angle between unit vectors.
+fn angle(a: V3, b: V3) -> f64 {
+    2.0 * isoswarm_field::math::asin((0.5 * distance(a, b)).min(1.0))
 }
 
 impl Line {
@@ -36,7 +37,6 @@ impl Line {
 
     /// By how much the tangent turns from end to end, or the normal of a side if that turns more (radians).
     pub(super) fn turn(&self) -> f64 {
-        let angle = |a: V3, b: V3| 2.0 * asin(0.5 * distance(a, b));
         let sum = |of: &dyn Fn(&Knot) -> V3| self.segments().map(|(a, b)| angle(of(a), of(b))).sum::<f64>();
         sum(&|k| k.t).max(sum(&|k| k.sides[0].normal)).max(sum(&|k| k.sides[1].normal))
     }
@@ -48,7 +48,6 @@ impl Line {
 
     /// Between knots: how much they and the normals of the sides turn (radians).
     pub(super) fn turns(&self) -> Vec<f64> {
-        let angle = |a: V3, b: V3| 2.0 * asin(0.5 * distance(a, b));
         let side = |a: &Knot, b: &Knot, k: usize| angle(a.sides[k].normal, b.sides[k].normal);
         self.segments().map(|(a, b)| angle(a.t, b.t).max(side(a, b, 0)).max(side(a, b, 1))).collect()
     }

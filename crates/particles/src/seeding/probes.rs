@@ -79,7 +79,7 @@ fn newton_from_centres(
 ) -> Result<Vec<Option<(V3, V3)>>, FieldError> {
     let mut out = vec![None; boxes.len()];
     let mut active: Vec<u32> = (0..boxes.len() as u32).collect();
-    let mut points: Vec<V3> = boxes.iter().map(|b| [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]))).collect();
+    let mut points: Vec<V3> = boxes.iter().map(Aabb::middle).collect();
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
     for _ in 0..STEPS {
         look(surface, run, &points, &mut value, &mut gradient)?;

@@ -108,7 +108,7 @@ fn by_samples<'s>(
         }
     }
     let (mut value, mut gradient) = (Vec::new(), Vec::new());
-    look(surface, run, &centres(&boxes), &mut value, &mut gradient)?;
+    look(surface, run, &middles(&boxes), &mut value, &mut gradient)?;
     let stride = [1, cells(0), cells(0) * cells(1)];
     let mut keep: Vec<bool> =
         (0..boxes.len()).map(|i| value[i].abs() <= 1.5 * half_diagonal * norm(gradient[i])).collect();
@@ -129,7 +129,7 @@ fn by_samples<'s>(
             break;
         }
         let (children, closer) = halve(&kept, axes);
-        look(surface, run, &centres(&children), &mut value, &mut gradient)?;
+        look(surface, run, &middles(&children), &mut value, &mut gradient)?;
         let half_diagonal = 0.5 * children.first().map_or(0.0, Aabb::diagonal);
         let near = |i: usize| value[i].abs() <= 2.0 * half_diagonal * norm(gradient[i]);
         let family = 1 << axes;
@@ -148,15 +148,15 @@ fn by_samples<'s>(
     Ok(Region { boxes: kept, side, certified: false, evaluate: Evaluate::Whole(surface) })
 }
 
-fn centres(boxes: &[Aabb]) -> Vec<V3> {
-    boxes.iter().map(|b| [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]))).collect()
+fn middles(boxes: &[Aabb]) -> Vec<V3> {
+    boxes.iter().map(Aabb::middle).collect()
 }
 
 /// Every box cut in half along each axis; the children of a box follow each other.
 fn halve(boxes: &[Aabb], axes: usize) -> (Vec<Aabb>, f64) {
     let mut children = Vec::with_capacity(boxes.len() << axes);
     for b in boxes {
-        let middle = [0, 1, 2].map(|a| 0.5 * (b.lo[a] + b.hi[a]));
+        let middle = b.middle();
         for k in 0..1usize << axes {
             let mut child = *b;
             for a in 0..axes {
